@@ -1,0 +1,1 @@
+"""fieldsim: convolution fields that pull, collide and are seen."""

@@ -1,0 +1,32 @@
+"""Every exception and warning that fieldsim raises on purpose, in one tree.
+
+Messages name the object, the value and the remedy.
+"""
+
+
+class FieldsimError(Exception):
+    """Root of fieldsim's exceptions."""
+
+
+class InputError(FieldsimError, ValueError):
+    """A value that a user gave cannot be used."""
+
+
+class PortableError(FieldsimError, TypeError):
+    """A portable function uses something that a compilation target lacks."""
+
+
+class DeviceError(FieldsimError, RuntimeError):
+    """The device asked for is not there."""
+
+
+class ScenarioError(FieldsimError, RuntimeError):
+    """A scenario script cannot be loaded or its `build` failed."""
+
+
+class FilmError(FieldsimError, RuntimeError):
+    """A film or picture could not be written; nothing is left under its name."""
+
+
+class FieldsimWarning(UserWarning):
+    """Something legal that is probably not what was meant."""

@@ -1,0 +1,156 @@
+"""The chart of cells: which portable function evaluates which primitive under which kernel.
+
+An element is one primitive with its kernel, packed as a row of `WIDTH` reals, in the frame of its body:
+
+| columns | content |
+|---|---|
+| 0 STRENGTH | factor on the integral |
+| 1 KERNEL | the kernel's parameter: s, a or softening |
+| 2 SIZE | a segment's length, an arc's radius |
+| 3 ANGLE | an arc's angle |
+| 4 FOLD | a Gaussian's folded exponent: h = exp(FOLD - a^2 r^2), so that exp(256) never stands alone |
+| 5-7, 8-10, 11-13 | positions: a point; a segment's start and end; an arc's centre |
+| 14-16, 17-19 | unit directions: a segment's axis; an arc's start and normal |
+
+A cell's `element(x, y, z, rows, i)` returns (F, dF/dx, dF/dy, dF/dz) of row i at (x, y, z).
+"""
+
+import dataclasses
+import functools
+
+import numpy as np
+
+from fieldsim.errors import InputError
+from fieldsim.portable import Indices, Portable, Table, portable, real
+
+STRENGTH, KERNEL, SIZE, ANGLE, FOLD = range(5)
+POSITIONS = slice(5, 14)
+DIRECTIONS = slice(14, 20)
+WIDTH = 20
+
+
+@dataclasses.dataclass(frozen=True)
+class Cell:
+    """One entry of the chart. `kind` is the number that element arrays carry."""
+
+    kind: int
+    kernel: type
+    primitive: type
+    element: Portable = dataclasses.field(compare=False)
+
+
+CELLS: dict[tuple[type, type], Cell] = {}
+
+
+def register(kernel: type, primitive: type, element: Portable) -> None:
+    """Enter a cell into the chart."""
+    CELLS[kernel, primitive] = Cell(len(CELLS), kernel, primitive, element)
+
+
+def cell_of(kernel, primitive) -> Cell:
+    """The cell of a kernel and a primitive (instances)."""
+    try:
+        return CELLS[type(kernel), type(primitive)]
+    except KeyError:
+        known = ", ".join(sorted(f"{k.__name__} on {p.__name__}" for k, p in CELLS))
+        raise InputError(f"no field is known for {kernel!r} on {primitive!r}; known: {known}") from None
+
+
+@dataclasses.dataclass(frozen=True)
+class Elements:
+    """Packed elements, grouped by cell. rows (N, WIDTH) float64; kinds (N,) int32; order: where each came from."""
+
+    rows: np.ndarray
+    kinds: np.ndarray
+    order: np.ndarray
+
+    @property
+    def kinds_used(self) -> tuple[int, ...]:
+        """The kinds that occur, ascending: the key under which code is compiled."""
+        return tuple(np.unique(self.kinds).tolist())
+
+    def __len__(self) -> int:
+        return len(self.kinds)
+
+
+def pack(primitives, kernels, strengths, folds=None) -> Elements:
+    """Elements of concrete primitives, one kernel and one strength each, grouped by cell."""
+    rows = np.zeros((len(primitives), WIDTH))
+    kinds = np.zeros(len(primitives), dtype=np.int32)
+    for row, (primitive, kernel) in enumerate(zip(primitives, kernels, strict=True)):
+        kinds[row] = cell_of(kernel, primitive).kind
+        primitive.pack(rows[row])
+        rows[row, KERNEL] = kernel.width
+    rows[:, STRENGTH] = strengths
+    rows[:, FOLD] = 0.0 if folds is None else folds
+    order = np.argsort(kinds, kind="stable")
+    return Elements(rows[order], kinds[order], order)
+
+
+def concatenate(parts) -> Elements:
+    """Several `Elements` as one, kept in the given order (not grouped again)."""
+    parts = list(parts)
+    if not parts:
+        return Elements(np.zeros((0, WIDTH)), np.zeros(0, dtype=np.int32), np.zeros(0, dtype=np.int64))
+    return Elements(*(np.concatenate([getattr(p, name) for p in parts]) for name in ("rows", "kinds", "order")))
+
+
+def place(rows: np.ndarray, rotation: np.ndarray, position: np.ndarray) -> np.ndarray:
+    """Rows moved from the body's frame to the world's: x -> rotation x + position."""
+    placed = rows.copy()
+    positions = rows[:, POSITIONS].reshape(-1, 3, 3)
+    directions = rows[:, DIRECTIONS].reshape(-1, 2, 3)
+    placed[:, POSITIONS] = (positions @ rotation.T + position).reshape(-1, 9)
+    placed[:, DIRECTIONS] = (directions @ rotation.T).reshape(-1, 6)
+    return placed
+
+
+@portable
+def _last(x: real, y: real, z: real, rows: Table, kinds: Indices, i: int):
+    return element(x, y, z, rows, i)  # noqa: F821 - bound by `element_field`
+
+
+@portable
+def _choose(x: real, y: real, z: real, rows: Table, kinds: Indices, i: int):
+    if kinds[i] == kind:  # noqa: F821 - bound by `element_field`
+        return element(x, y, z, rows, i)  # noqa: F821
+    return otherwise(x, y, z, rows, kinds, i)  # noqa: F821
+
+
+@functools.cache
+def element_field(kinds_used: tuple[int, ...]) -> Portable:
+    """Portable (x, y, z, rows, kinds, i) -> (F, dF/dx, dF/dy, dF/dz) of element i, knowing only the given kinds."""
+    by_kind = {cell.kind: cell.element for cell in CELLS.values()}
+    if not kinds_used:
+        return _nothing
+    *others, last = kinds_used
+    chosen = _last.bind(element=by_kind[last])
+    for kind in reversed(others):
+        chosen = _choose.bind(kind=kind, element=by_kind[kind], otherwise=chosen)
+    return chosen
+
+
+@portable
+def _nothing(x: real, y: real, z: real, rows: Table, kinds: Indices, i: int):
+    return real(0.0), real(0.0), real(0.0), real(0.0)
+
+
+@portable
+def _sum(x: real, y: real, z: real, rows: Table, kinds: Indices, first: int, count: int):
+    f = real(0.0)
+    gx = real(0.0)
+    gy = real(0.0)
+    gz = real(0.0)
+    for i in range(first, first + count):
+        f_i, gx_i, gy_i, gz_i = one(x, y, z, rows, kinds, i)  # noqa: F821 - bound by `field_sum`
+        f += f_i
+        gx += gx_i
+        gy += gy_i
+        gz += gz_i
+    return f, gx, gy, gz
+
+
+@functools.cache
+def field_sum(kinds_used: tuple[int, ...]) -> Portable:
+    """Portable (x, y, z, rows, kinds, first, count) -> (F, dF/dx, dF/dy, dF/dz) summed over rows first..first+count-1."""
+    return _sum.bind(one=element_field(kinds_used))

@@ -1,0 +1,43 @@
+"""Convolution kernels h(r), as frozen values. Lengths are in scene units."""
+
+import dataclasses
+
+from fieldsim import validate
+
+
+@dataclasses.dataclass(frozen=True)
+class Kernel:
+    """A radial function h(r); `width` is the one parameter that the cells' formulas take."""
+
+    def __post_init__(self):
+        for field in dataclasses.fields(self):
+            limit = {"at_least": 0.0} if field.name == "softening" else {"above": 0.0}
+            value = validate.number(type(self).__name__, field.name, getattr(self, field.name), **limit)
+            object.__setattr__(self, field.name, value)
+
+    @property
+    def width(self) -> float:
+        """The kernel's parameter, as packed into element rows."""
+        (field,) = dataclasses.fields(self)
+        return getattr(self, field.name)
+
+
+@dataclasses.dataclass(frozen=True)
+class Cauchy(Kernel):
+    """h(r) = 1 / (1 + s^2 r^2)^2 (Sherstyuk 1999, 2.3.1)."""
+
+    s: float = 1.0
+
+
+@dataclasses.dataclass(frozen=True)
+class Gaussian(Kernel):
+    """h(r) = exp(-a^2 r^2) (Blinn 1982)."""
+
+    a: float = 1.0
+
+
+@dataclasses.dataclass(frozen=True)
+class Newtonian(Kernel):
+    """h(r) = 1 / sqrt(r^2 + softening^2): gravity."""
+
+    softening: float = 0.0

@@ -1,0 +1,47 @@
+"""What every primitive of a skeleton shares: frozen fields that may be functions of time."""
+
+import dataclasses
+
+
+@dataclasses.dataclass(frozen=True)
+class Primitive:
+    """A piece of a skeleton. Any field may be a number (or vector) or a function of time giving one.
+
+    A primitive whose fields are all plain values is *concrete*: it is checked when made, and only it can be packed.
+    """
+
+    def __post_init__(self):
+        if self.animated:
+            return
+        for name, value in self._checked().items():
+            object.__setattr__(self, name, value)
+
+    @property
+    def animated(self) -> bool:
+        """Whether some field is a function of time."""
+        return any(callable(getattr(self, field.name)) for field in dataclasses.fields(self))
+
+    def at(self, time: float) -> "Primitive":
+        """The concrete primitive at `time`; itself where nothing is animated."""
+        if not self.animated:
+            return self
+        values = {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}
+        return dataclasses.replace(self, **{k: v(time) if callable(v) else v for k, v in values.items()})
+
+    def _checked(self) -> dict:
+        """The fields' values, checked and normalised; raises InputError."""
+        raise NotImplementedError
+
+    def pack(self, row) -> None:
+        """Write the geometry into an element row (see `cells`)."""
+        raise NotImplementedError
+
+    @property
+    def measure(self) -> float:
+        """Arc length, area, or 1 for a point: what mass is spread over."""
+        raise NotImplementedError
+
+    @property
+    def dimension(self) -> int:
+        """0 for a point, 1 for a curve, 2 for a surface."""
+        raise NotImplementedError

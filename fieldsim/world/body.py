@@ -1,0 +1,121 @@
+"""Bodies: a skeleton that pulls, collides and is seen; and sets of particles."""
+
+import dataclasses
+
+import numpy as np
+
+from fieldsim import validate
+from fieldsim.errors import InputError
+from fieldsim.potentials import cells
+from fieldsim.potentials.field import Field, gravity, skeleton
+from fieldsim.potentials.kernels import Kernel
+from fieldsim.potentials.primitive import Primitive
+from fieldsim.world.material import Material, color_rgb
+from fieldsim.world.motion import IDENTITY, pose_at
+
+
+@dataclasses.dataclass(frozen=True)
+class Body:
+    """A skeleton with its roles.
+
+    skeleton: a primitive or a sequence, in the body's frame; their fields may be functions of time.
+    gravity: the kernel with which the body pulls (None: it does not); mass: spread evenly over the skeleton's measure,
+    may be negative (antigravity) or a function of time; G: gravitational constant.
+    surface: the Material of the surface that is seen and collides (None: invisible and intangible).
+    motion: a Pose, a Spin, Keyframes of positions, or any function of time giving a Pose or a position.
+    """
+
+    skeleton: tuple[Primitive, ...]
+    gravity: Kernel | None = None
+    mass: float = 1.0
+    G: float = 1.0
+    surface: Material | None = None
+    motion: object = IDENTITY
+    name: str = ""
+
+    def __post_init__(self):
+        object.__setattr__(self, "skeleton", skeleton(self.skeleton))
+        if self.gravity is not None and not isinstance(self.gravity, Kernel):
+            raise InputError(f"Body: gravity is {self.gravity!r}; give a kernel such as fs.Newtonian(), or None")
+        if self.surface is not None and not isinstance(self.surface, Material):
+            raise InputError(f"Body: surface is {self.surface!r}; give a fs.Material, or None")
+        if not callable(self.motion):
+            object.__setattr__(self, "motion", pose_at(self.motion, 0.0))
+        if self.gravity is not None:
+            self.gravity_field()
+
+    @property
+    def moving(self) -> bool:
+        """Whether the pose is a function of time."""
+        return callable(self.motion)
+
+    @property
+    def deforming(self) -> bool:
+        """Whether the skeleton, the mass or the material is a function of time."""
+        material = self.surface is not None and self.surface.animated
+        return material or callable(self.mass) or any(p.animated for p in self.skeleton)
+
+    def gravity_field(self) -> Field | None:
+        """The gravitational field in the body's frame (maybe animated), or None."""
+        if self.gravity is None:
+            return None
+        return gravity(self.skeleton, self.mass, G=self.G, kernel=self.gravity)
+
+    def gravity_elements(self, time: float) -> cells.Elements:
+        """Packed gravity elements at `time`, in the body's frame."""
+        field = self.gravity_field()
+        return cells.concatenate([]) if field is None else field.at(time).elements
+
+    def surface_elements(self, time: float) -> cells.Elements:
+        """Packed surface elements at `time`, in the body's frame, scaled so that the surface is F = 1."""
+        if self.surface is None:
+            return cells.concatenate([])
+        material = self.surface.at(time)
+        primitives = [primitive.at(time) for primitive in self.skeleton]
+        strengths, folds = zip(*(material.surface_strength(p.dimension) for p in primitives), strict=True)
+        return cells.pack(primitives, [material.surface_kernel] * len(primitives), strengths, folds)
+
+
+@dataclasses.dataclass(frozen=True)
+class Bounce:
+    """Contact law: on reaching a surface the normal velocity is reversed and multiplied by `restitution` (0..1)."""
+
+    restitution: float = 0.6
+
+    def __post_init__(self):
+        value = validate.number("Bounce", "restitution", self.restitution, at_least=0.0)
+        if value > 1.0:
+            raise InputError(f"Bounce: restitution is {value:g}; give a number in 0..1 (1 keeps the energy)")
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Particles:
+    """A set of test particles as they start: positions and velocities (N, 3) in the world's frame.
+
+    radius: of the sphere that is seen and that collides; contact: a Bounce, or None to pass through everything.
+    """
+
+    positions: np.ndarray
+    velocities: np.ndarray
+    radius: float = 0.02
+    contact: Bounce | None = None
+    color: object = "bone"
+    name: str = ""
+
+    def __post_init__(self):
+        positions = validate.points("Particles", "positions", self.positions)
+        velocities = validate.points("Particles", "velocities", self.velocities)
+        if positions.shape != velocities.shape:
+            raise InputError(
+                f"Particles: positions have shape {positions.shape} but velocities {velocities.shape}; "
+                "give one velocity per position"
+            )
+        object.__setattr__(self, "positions", positions.copy())
+        object.__setattr__(self, "velocities", velocities.copy())
+        object.__setattr__(self, "radius", validate.number("Particles", "radius", self.radius, above=0.0))
+        if self.contact is not None and not isinstance(self.contact, Bounce):
+            raise InputError(f"Particles: contact is {self.contact!r}; give fs.Bounce(restitution) or None")
+        color_rgb("Particles", self.color)
+
+    def __len__(self) -> int:
+        return len(self.positions)

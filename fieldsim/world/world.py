@@ -1,0 +1,100 @@
+"""Worlds: bodies, particles, lights and a background; and what they look like at one moment."""
+
+import dataclasses
+import functools
+
+import numpy as np
+
+from fieldsim.errors import InputError
+from fieldsim.potentials import cells
+from fieldsim.world.body import Body, Particles
+from fieldsim.world.light import DEFAULT_LIGHTS, Background, Light
+from fieldsim.world.material import Material, color_rgb
+from fieldsim.world.motion import Pose, pose_at
+
+
+class World:
+    """What there is. Plain values: physics and pictures read them."""
+
+    def __init__(self, *, lights=DEFAULT_LIGHTS, background: Background | None = None):
+        self.bodies: list[Body] = []
+        self.particles: list[Particles] = []
+        self.lights = tuple(lights)
+        self.background = background or Background()
+        for index, light in enumerate(self.lights):
+            if not isinstance(light, Light):
+                raise InputError(f"World: lights[{index}] is {light!r}; give fs.PointLight or fs.DirectionalLight")
+
+    def add_body(self, body: Body) -> Body:
+        """Add a body and return it."""
+        if not isinstance(body, Body):
+            raise InputError(f"World.add_body: {body!r} is no Body; write world.add_body(fs.Body(...))")
+        self.bodies.append(body)
+        return body
+
+    def add_particles(self, positions, velocities, **options) -> Particles:
+        """Add a set of particles (see `Particles`) and return it."""
+        particles = Particles(positions, velocities, **options)
+        self.particles.append(particles)
+        return particles
+
+    def at(self, time: float) -> "Snapshot":
+        """The world at `time`: moving and deforming bodies as they are then, particles as they start."""
+        return Snapshot(
+            self,
+            float(time),
+            tuple(pose_at(body.motion, time) for body in self.bodies),
+            tuple(p.positions for p in self.particles),
+            tuple(p.velocities for p in self.particles),
+        )
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Snapshot:
+    """One moment: all that a frame needs.
+
+    poses: one per body; positions, velocities: one (N, 3) array per set of particles, world frame.
+    """
+
+    world: World
+    time: float
+    poses: tuple[Pose, ...]
+    positions: tuple[np.ndarray, ...]
+    velocities: tuple[np.ndarray, ...]
+
+    @functools.cached_property
+    def surface(self) -> "Surface":
+        """All bodies' surface elements in the world's frame; the surface is where their sum is 1."""
+        parts, owners, materials = [], [], []
+        for body, pose in zip(self.world.bodies, self.poses, strict=True):
+            if body.surface is None:
+                continue
+            local = body.surface_elements(self.time)
+            rows = local.rows if pose.is_identity else cells.place(local.rows, pose.matrix, np.array(pose.position))
+            parts.append(dataclasses.replace(local, rows=rows))
+            owners.append(np.full(len(local), len(materials), dtype=np.int32))
+            materials.append(body.surface.at(self.time))
+        everything = cells.concatenate(parts)
+        order = np.argsort(everything.kinds, kind="stable")
+        grouped = cells.Elements(everything.rows[order], everything.kinds[order], everything.order[order])
+        owner = np.concatenate(owners)[order] if owners else np.zeros(0, dtype=np.int32)
+        return Surface(grouped, owner, tuple(materials))
+
+    @functools.cached_property
+    def spheres(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """All particles: centres (N, 3), radii (N,), linear RGB colours (N, 3)."""
+        sets = self.world.particles
+        if not sets:
+            return np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3))
+        radii = np.concatenate([np.full(len(p), p.radius) for p in sets])
+        colors = np.concatenate([np.tile(color_rgb("Particles", p.color), (len(p), 1)) for p in sets])
+        return np.concatenate(self.positions), radii, colors
+
+
+@dataclasses.dataclass(frozen=True)
+class Surface:
+    """Surface elements in the world's frame, grouped by cell; owner[i] is the index in `materials` of element i."""
+
+    elements: cells.Elements
+    owner: np.ndarray
+    materials: tuple[Material, ...]

@@ -1,0 +1,106 @@
+"""Simulations: particles moved through the fields of a world's bodies."""
+
+import numpy as np
+import warp as wp
+
+from fieldsim import validate
+from fieldsim.dynamics.integrators import Leapfrog
+from fieldsim.dynamics.sources import Sources, field_and_gradient, upload
+from fieldsim.dynamics.steps import leapfrog_kernel
+from fieldsim.errors import InputError
+from fieldsim.launch import device_named, launch
+from fieldsim.world.motion import pose_at
+from fieldsim.world.world import Snapshot
+
+# A launch spans at most so many steps, and so many particle-steps and moving elements.
+LAUNCH_STEPS = 256
+LAUNCH_WORK = 2_000_000
+LAUNCH_ROWS = 65_536
+
+
+class Simulation:
+    """A world's particles in motion, as test particles: bodies pull them, they do not pull back.
+
+    integrator: `Leapfrog(dt)`. time: where it starts. device: "cpu" (default), "cuda", ...; threads: CPU threads (all
+    cores unless told). State is float64. The same inputs give the same bytes, whatever the number of threads.
+    """
+
+    def __init__(self, world, integrator=None, *, time: float = 0.0, device=None, threads: int | None = None):
+        self.world = world
+        self.integrator = Leapfrog() if integrator is None else integrator
+        if not isinstance(self.integrator, Leapfrog):
+            raise InputError(f"Simulation: integrator is {integrator!r}; give fs.Leapfrog(dt)")
+        self.time = validate.number("Simulation", "time", time)
+        self.device = device_named(device)
+        self.threads = threads
+        self.steps_done = 0
+        self._gravity = Sources(world, "gravity", self.time)
+        self._sizes = [len(particles) for particles in world.particles]
+        self._x = self._upload([particles.positions for particles in world.particles])
+        self._v = self._upload([particles.velocities for particles in world.particles])
+        self._still = upload(self._gravity, np.array([self.time]), self.device)
+        _, self._a = field_and_gradient(self._gravity, self._still, self._x, threads=threads)
+
+    def _upload(self, sets):
+        everything = np.concatenate(sets) if sets else np.zeros((0, 3))
+        return wp.array(everything, dtype=wp.vec3d, device=self.device)
+
+    def _sets(self, array):
+        """Copies on the host, one (N, 3) array per set of particles."""
+        return np.split(array.numpy().copy(), np.cumsum(self._sizes)[:-1]) if self._sizes else []
+
+    @property
+    def positions(self) -> list[np.ndarray]:
+        """Positions, world frame, (N, 3) per set of particles."""
+        return self._sets(self._x)
+
+    @property
+    def velocities(self) -> list[np.ndarray]:
+        """Velocities, world frame, (N, 3) per set of particles."""
+        return self._sets(self._v)
+
+    def advance(self, until: float) -> None:
+        """Run to the time `until` in equal steps, at most the integrator's dt long, the last landing on it exactly."""
+        until = validate.number("Simulation.advance", "until", until)
+        if until < self.time:
+            raise InputError(f"Simulation.advance: until is {until:g}, before the present time {self.time:g}")
+        count, dt = self.integrator.steps(until - self.time)
+        start = self.time
+        if len(self._x):
+            for first in range(0, count, self._steps_per_launch):
+                stages = np.arange(first, min(first + self._steps_per_launch, count) + 1)
+                self._leap(start + dt * stages, dt)
+                self.time = start + dt * float(stages[-1])
+        self.time = until
+
+    @property
+    def _steps_per_launch(self):
+        """Launches are kept short enough for small tables and a prompt answer to Ctrl-C."""
+        by_work = LAUNCH_WORK // (len(self._x) * max(1, len(self._gravity)))
+        by_rows = LAUNCH_ROWS // max(1, len(self._gravity.moving_kinds))
+        return max(1, min(LAUNCH_STEPS, by_work, by_rows))
+
+    def _leap(self, times, dt):
+        steps = len(times) - 1
+        gravity = upload(self._gravity, times, self.device, self._still) if self._gravity.moving else self._still
+        launch(
+            leapfrog_kernel(self._gravity.kinds_used),
+            len(self._x),
+            [steps, wp.float64(dt), gravity],
+            [self._x, self._v, self._a],
+            device=self.device,
+            grain=16,
+            threads=self.threads,
+        )
+        self.steps_done += steps * len(self._x)
+
+    def snapshot(self) -> Snapshot:
+        """The present moment."""
+        poses = tuple(pose_at(body.motion, self.time) for body in self.world.bodies)
+        return Snapshot(self.world, self.time, poses, tuple(self.positions), tuple(self.velocities))
+
+    def snapshots(self, times):
+        """Advance to each of the increasing `times` in turn and yield the snapshot there."""
+        for time in times:
+            self.advance(time)
+            yield self.snapshot()

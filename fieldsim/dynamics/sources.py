@@ -1,0 +1,218 @@
+"""The elements of all bodies in one role, laid out for launches that span many steps.
+
+A *stage* is a moment at which forces are evaluated: the start and the end of each step of a launch. Bodies that neither
+move nor deform share one table of rows for all stages; the rows of the others are computed for every stage on the host.
+All rows are in the world's frame, so that kernels know nothing of bodies and poses.
+"""
+
+import functools
+
+import numpy as np
+import warp as wp
+
+from fieldsim.errors import InputError
+from fieldsim.launch import launch
+from fieldsim.potentials import cells
+from fieldsim.world.motion import IDENTITY, Spin, pose_at
+
+ROLES = {
+    "gravity": lambda body, time: body.gravity_elements(time),
+    "surface": lambda body, time: body.surface_elements(time),
+}
+
+
+@wp.struct
+class Stages:
+    """Elements during one launch, on its device.
+
+    rows (N, >= WIDTH), kinds (N,): of the bodies that stay as they are. moving_rows (stages * moving, >= WIDTH),
+    moving_kinds: of the others, stage after stage, `moving` rows each. sweep (stages,): see `contact`.
+    """
+
+    rows: wp.array2d(dtype=wp.float64)
+    kinds: wp.array(dtype=wp.int32)
+    moving_rows: wp.array2d(dtype=wp.float64)
+    moving_kinds: wp.array(dtype=wp.int32)
+    moving: int
+    sweep: wp.array(dtype=wp.float64)
+
+
+class Sources:
+    """What a world's bodies contribute in one role ("gravity" or "surface")."""
+
+    def __init__(self, world, role: str, time: float):
+        self._elements = ROLES[role]
+        bodies = list(enumerate(world.bodies))
+        self._changing = [
+            (index, body)
+            for index, body in bodies
+            if (body.moving or body.deforming) and len(self._elements(body, time))
+        ]
+        still = [body for _, body in bodies if not (body.moving or body.deforming)]
+        self.fixed = _grouped([self._placed(body, time) for body in still])
+        shapes = [self._elements(body, time) for _, body in self._changing]
+        self.moving_kinds = cells.concatenate(shapes).kinds
+        self._shapes = shapes
+
+    @property
+    def kinds_used(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
+        """The cells of the still and of the changing elements: the key under which code is compiled."""
+        return self.fixed.kinds_used, tuple(np.unique(self.moving_kinds).tolist())
+
+    @property
+    def moving(self) -> bool:
+        """Whether some element moves or deforms."""
+        return len(self.moving_kinds) > 0
+
+    def __len__(self) -> int:
+        return len(self.fixed) + len(self.moving_kinds)
+
+    def rows_at(self, times: np.ndarray) -> np.ndarray:
+        """Rows of the changing elements, (stages, elements, WIDTH)."""
+        parts = [
+            _rows_of(index, body, shape, self._elements, times)
+            for (index, body), shape in zip(self._changing, self._shapes, strict=True)
+        ]
+        return np.concatenate(parts, axis=1) if parts else np.zeros((len(times), 0, cells.WIDTH))
+
+    def _placed(self, body, time):
+        local = self._elements(body, time)
+        pose = pose_at(body.motion, time)
+        return cells.Elements(cells.place(local.rows, pose.matrix, np.array(pose.position)), local.kinds, local.order)
+
+
+def _grouped(parts):
+    everything = cells.concatenate(parts)
+    order = np.argsort(everything.kinds, kind="stable")
+    return cells.Elements(everything.rows[order], everything.kinds[order], everything.order[order])
+
+
+def _rows_of(index, body, shape, elements, times):
+    """Rows (stages, elements, WIDTH) of one moving or deforming body."""
+    try:
+        if body.deforming:
+            local = np.stack([elements(body, time).rows for time in times])
+        else:
+            local = np.broadcast_to(shape.rows, (len(times), *shape.rows.shape))
+        return _placed(local, *_poses(body.motion, times))
+    except InputError as reason:
+        name = f" ({body.name})" if body.name else ""
+        raise InputError(f"Body {index}{name}, between times {times[0]:g} and {times[-1]:g}: {reason}") from None
+
+
+def _placed(local, rotations, positions):
+    """`cells.place` for rows (stages, elements, WIDTH) and poses (stages, 3, 3), (stages, 3)."""
+    stages, count, _ = local.shape
+    placed = local.copy()
+    points = local[:, :, cells.POSITIONS].reshape(stages, count, 3, 3)
+    directions = local[:, :, cells.DIRECTIONS].reshape(stages, count, 2, 3)
+    turn = rotations[:, None].swapaxes(-1, -2)
+    placed[:, :, cells.POSITIONS] = (points @ turn + positions[:, None, None]).reshape(stages, count, 9)
+    placed[:, :, cells.DIRECTIONS] = (directions @ turn).reshape(stages, count, 6)
+    return placed
+
+
+def _poses(motion, times):
+    """Rotation matrices (stages, 3, 3) and positions (stages, 3) at the given times."""
+    if motion == IDENTITY:
+        return np.broadcast_to(np.eye(3), (len(times), 3, 3)), np.zeros((len(times), 3))
+    if isinstance(motion, Spin):
+        return _spin_poses(motion, times)
+    poses = [pose_at(motion, time) for time in times]
+    return np.stack([pose.matrix for pose in poses]), np.array([pose.position for pose in poses])
+
+
+def _spin_poses(spin, times):
+    """Rodrigues' formula for all times at once: spins are common, and pose by pose would cost more than the forces."""
+    x, y, z = spin.axis
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    angle = (spin.phase + spin.rate * times)[:, None, None]
+    rotations = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * (cross @ cross)
+    center = np.asarray(spin.center)
+    return rotations, center - rotations @ center
+
+
+def upload(sources: Sources, times: np.ndarray, device, fixed=None) -> Stages:
+    """The tables of a launch whose stages are at `times`; `fixed`: an earlier upload to share the still rows with."""
+    moving_rows = sources.rows_at(times)
+    return tables(sources, sources.fixed.rows, moving_rows, device, fixed)
+
+
+def tables(sources: Sources, fixed_rows, moving_rows, device, earlier=None, sweep=()) -> Stages:
+    """`Stages` of given rows: fixed_rows (N, width), moving_rows (stages, M, width)."""
+    stages = Stages()
+    stages.moving = moving_rows.shape[1]
+    if earlier is None:
+        stages.rows = wp.array(fixed_rows, dtype=wp.float64, device=device)
+        stages.kinds = wp.array(sources.fixed.kinds, dtype=wp.int32, device=device)
+    else:
+        stages.rows, stages.kinds = earlier.rows, earlier.kinds
+    flat = moving_rows.reshape(-1, moving_rows.shape[-1])
+    stages.moving_rows = wp.array(flat, dtype=wp.float64, device=device)
+    stages.moving_kinds = wp.array(np.tile(sources.moving_kinds, len(moving_rows)), dtype=wp.int32, device=device)
+    stages.sweep = wp.array(np.asarray(sweep, dtype=float), dtype=wp.float64, device=device)
+    return stages
+
+
+@functools.cache
+def field_at(kinds_used):
+    """Warp function (point, stages, stage) -> (F, gradient) of the given cells at one stage."""
+    fixed_kinds, moving_kinds = kinds_used
+    fixed = cells.field_sum(fixed_kinds).warp(wp.float64)
+    moving = cells.field_sum(moving_kinds).warp(wp.float64)
+
+    @wp.func
+    def still(p: wp.vec3d, stages: Stages, stage: int):
+        f, x, y, z = fixed(p[0], p[1], p[2], stages.rows, stages.kinds, 0, stages.kinds.shape[0])
+        return f, wp.vec3d(x, y, z)
+
+    @wp.func
+    def changing(p: wp.vec3d, stages: Stages, stage: int):
+        first = stage * stages.moving
+        f, x, y, z = moving(p[0], p[1], p[2], stages.moving_rows, stages.moving_kinds, first, stages.moving)
+        return f, wp.vec3d(x, y, z)
+
+    @wp.func
+    def both(p: wp.vec3d, stages: Stages, stage: int):
+        f, g = still(p, stages, stage)
+        f_moving, g_moving = changing(p, stages, stage)
+        return f + f_moving, g + g_moving
+
+    if not moving_kinds:
+        return still
+    return both if fixed_kinds else changing
+
+
+@functools.cache
+def _field_kernel(kinds_used):
+    field = field_at(kinds_used)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def evaluate(
+        start: int,
+        points: wp.array(dtype=wp.vec3d),
+        stages: Stages,
+        value: wp.array(dtype=wp.float64),
+        gradient: wp.array(dtype=wp.vec3d),
+    ):
+        i = start + wp.tid()
+        f, g = field(points[i], stages, 0)
+        value[i] = f
+        gradient[i] = g
+
+    return evaluate
+
+
+def field_and_gradient(sources: Sources, stages: Stages, points, *, threads=None):
+    """Warp arrays F (N,) and gradient (N,) at `points` (N,) of vec3d, at the first stage."""
+    value = wp.empty(len(points), dtype=wp.float64, device=points.device)
+    gradient = wp.empty(len(points), dtype=wp.vec3d, device=points.device)
+    launch(
+        _field_kernel(sources.kinds_used),
+        len(points),
+        [points, stages],
+        [value, gradient],
+        device=points.device,
+        threads=threads,
+    )
+    return value, gradient

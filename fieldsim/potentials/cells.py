@@ -152,5 +152,5 @@ def _sum(x: real, y: real, z: real, rows: Table, kinds: Indices, first: int, cou
 
 @functools.cache
 def field_sum(kinds_used: tuple[int, ...]) -> Portable:
-    """Portable (x, y, z, rows, kinds, first, count) -> (F, dF/dx, dF/dy, dF/dz) summed over rows first..first+count-1."""
+    """Portable (x, y, z, rows, kinds, first, count) -> (F and its gradient) over rows first..first+count-1."""
     return _sum.bind(one=element_field(kinds_used))

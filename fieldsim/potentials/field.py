@@ -17,8 +17,8 @@ from fieldsim.potentials.primitive import Primitive
 class Field:
     """F(x) = sum of strength_i times the integral of h(|x - y|) dy over primitive i.
 
-    primitives: one primitive or a sequence; kernel: its h(r); strength: a number, or one per primitive. Strengths and the
-    primitives' fields may be functions of time; such a field is evaluated through `field.at(time)`.
+    primitives: one primitive or a sequence; kernel: its h(r); strength: a number, or one per primitive. Strengths and
+    the primitives' fields may be functions of time; such a field is evaluated through `field.at(time)`.
     Fields add, scale and negate: `field + other`, `2.5 * field`, `-field`.
     """
 

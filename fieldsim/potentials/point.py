@@ -9,6 +9,10 @@ from fieldsim.potentials.cells import register
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
 from fieldsim.potentials.primitive import Primitive
 
+# Exponents are clamped here: exp(60) fits float32 with room for sums, and only a surface drawn with a fold above 60 (a
+# blobbiness below -60) has such exponents at all, deep inside, where nothing but "well above T" matters.
+EXPONENT_LIMIT = 60.0
+
 
 @dataclasses.dataclass(frozen=True)
 class Point(Primitive):
@@ -23,6 +27,7 @@ class Point(Primitive):
         return {"position": validate.vector("Point", "position", self.position)}
 
     def pack(self, row):
+        """Write the position into an element row."""
         row[5:8] = self.position
 
 
@@ -35,8 +40,8 @@ def cauchy_point(r2: real, s: real, fold: real):
 
 @portable
 def gaussian_point(r2: real, a: real, fold: real):
-    """h(r) and dh/d(r^2) of the Gaussian exp(fold - a^2 r^2)."""
-    h = math.exp(fold - a * a * r2)
+    """h(r) and dh/d(r^2) of the Gaussian exp(fold - a^2 r^2), its exponent clamped at EXPONENT_LIMIT."""
+    h = math.exp(min(fold - a * a * r2, real(EXPONENT_LIMIT)))
     return h, -a * a * h
 
 

@@ -1,6 +1,7 @@
 """Bodies: a skeleton that pulls, collides and is seen; and sets of particles."""
 
 import dataclasses
+import functools
 
 import numpy as np
 
@@ -63,11 +64,25 @@ class Body:
 
     def gravity_elements(self, time: float) -> cells.Elements:
         """Packed gravity elements at `time`, in the body's frame."""
-        field = self.gravity_field()
-        return cells.concatenate([]) if field is None else field.at(time).elements
+        return self._pack_gravity(time) if self.deforming else self._fixed_gravity
 
     def surface_elements(self, time: float) -> cells.Elements:
         """Packed surface elements at `time`, in the body's frame, scaled so that the surface is F = 1."""
+        return self._pack_surface(time) if self.deforming else self._fixed_surface
+
+    @functools.cached_property
+    def _fixed_gravity(self):
+        return self._pack_gravity(0.0)
+
+    @functools.cached_property
+    def _fixed_surface(self):
+        return self._pack_surface(0.0)
+
+    def _pack_gravity(self, time):
+        field = self.gravity_field()
+        return cells.concatenate([]) if field is None else field.at(time).elements
+
+    def _pack_surface(self, time):
         if self.surface is None:
             return cells.concatenate([])
         material = self.surface.at(time)

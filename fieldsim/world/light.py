@@ -8,7 +8,10 @@ from fieldsim.world.material import color_rgb
 
 @dataclasses.dataclass(frozen=True)
 class Light:
-    """What lights share: a colour, an intensity and whether they cast shadows. Brightness does not fall with distance."""
+    """What lights share: a colour, an intensity, and whether they cast shadows.
+
+    Brightness does not fall with distance.
+    """
 
     color: object = "white"
     intensity: float = 1.0

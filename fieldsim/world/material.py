@@ -56,10 +56,11 @@ def _named(owner, name):
 class Material:
     """The soft tissue on a skeleton and its look. Every number may be a function of time.
 
-    radius: distance R > 0 between the primitive in isolation and its surface F = T (a point: a sphere; a segment, arc or
-    circle: the tube far from its ends). blobbiness: B < 0; near zero, neighbours melt together; strongly negative, they
-    keep their shapes (Blinn 1982; Sherstyuk 1999, 3.3.2). kernel: Gaussian or Cauchy. For the Gaussian a^2 = -B / R^2; the
-    Cauchy takes the width that has the same half maximum. The strength is the one that puts the surface at R exactly.
+    radius: distance R > 0 between the primitive in isolation and its surface F = T (a point: a sphere; a segment, arc
+    or circle: the tube far from its ends). blobbiness: B < 0; near zero, neighbours melt together; strongly negative,
+    they keep their shapes (Blinn 1982; Sherstyuk 1999, 3.3.2). kernel: Gaussian or Cauchy. For the Gaussian
+    a^2 = -B / R^2; the Cauchy takes the width that has the same half maximum. The strength is the one that puts the
+    surface at R exactly.
     threshold: T relative to the canonical 1: above 1 the body shrinks, below it swells.
     color: see `color_rgb`; ambient, diffuse, specular: factors of the lighting; shininess: Blinn-Phong exponent.
     """

@@ -1,0 +1,304 @@
+"""Films and pictures: frames streamed into a file that appears under its name only when it is complete.
+
+| path | result |
+|---|---|
+| `name.mp4` | H.264, plays everywhere; odd sizes are padded by one row or column |
+| `name.gif` | loops forever, a palette of its own for every frame |
+| `name.png` | one picture: the last frame |
+| `folder/` or `name_%04d.png` | a sequence of pictures, numbered from 0 |
+
+mp4 and GIF are encoded by the ffmpeg that comes with imageio-ffmpeg, run here as a process: imageio's own writer drops
+ffmpeg's exit status and words, so that a full disk would pass for a finished film.
+"""
+
+import fractions
+import os
+import pathlib
+import re
+import secrets
+import shutil
+import subprocess
+import tempfile
+import warnings
+
+import numpy as np
+
+from fieldsim import validate
+from fieldsim.errors import FieldsimWarning, FilmError, InputError
+
+KNOWN = "name.mp4, name.gif, name.png (one picture), folder/ or name_%04d.png (a sequence)"
+
+# Constant quality 18 is visually lossless. A fixed number of threads and no time stamps: same frames, same bytes.
+_MP4 = (
+    "-vf scale=out_color_matrix=bt709:flags=accurate_rnd+full_chroma_int,"
+    "setparams=colorspace=bt709:color_primaries=bt709:color_trc=bt709 "
+    "-c:v libx264 -preset fast -crf 18 -pix_fmt yuv420p -threads 2 -movflags +faststart "
+    "-fflags +bitexact -flags:v +bitexact -f mp4"
+).split()
+_GIF = (
+    "-filter_complex split[a][b];[a]palettegen=stats_mode=single[p];[b][p]paletteuse=new=1:dither=bayer:bayer_scale=4 "
+    "-loop 0 -threads 1 -fflags +bitexact -flags:v +bitexact -f gif"
+).split()
+
+
+class Film:
+    """A film being written: a context manager with `write(image)`.
+
+        with fs.Film("walk.mp4", fps=30) as film:
+            for t in fs.timeline(4.0, fps=30):
+                film.write(fs.render(world.at(t), camera))
+
+    path: where to; its ending says what (see above). size: (width, height) in pixels; None takes the first image's.
+    fps: frames per second. The file appears under its name when the block ends; when the block is left by an error or
+    an interrupt, nothing does. Raises InputError for a path that cannot be (before any frame is made) and FilmError
+    when writing fails, as on a full disk.
+    """
+
+    def __init__(self, path, size=None, fps: float = 30.0):
+        self.path = os.fspath(path)
+        self.fps = validate.number("Film", "fps", fps, above=0.0)
+        self.size = None if size is None else checked_size("Film", size)
+        self.frames = 0
+        self._format = _format_of(self.path)
+        self._target = pathlib.Path(self.path)
+        if not self._target.parent.is_dir():
+            raise InputError(f"{self.path}: the folder {str(self._target.parent)!r} does not exist; create it first")
+        if self._format is not _Sequence and self._target.is_dir():
+            raise InputError(f"{self.path}: this is a folder; give a file's name")
+        self._partial = self._writer = None
+
+    @property
+    def still(self) -> bool:
+        """Whether only the last frame is kept, so that the others need not be made."""
+        return self._format is _Picture
+
+    def __enter__(self) -> "Film":
+        name = f".{self._target.stem}-{secrets.token_hex(4)}.part{self._target.suffix}"
+        self._partial = self._target.parent / name
+        try:
+            self._format.reserve(self._partial)
+        except OSError as reason:
+            raise FilmError(f"{self.path}: cannot write here: {reason.strerror or reason}") from None
+        return self
+
+    def write(self, image) -> None:
+        """Add a frame: an array (height, width, 3) of uint8."""
+        image = np.asarray(image)
+        if self._partial is None:
+            raise FilmError(f"{self.path}: the film is not open; write inside `with fs.Film(...) as film:`")
+        if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
+            raise InputError(f"Film.write: the image has shape {image.shape} of {image.dtype}; give (H, W, 3) of uint8")
+        size = image.shape[1], image.shape[0]
+        if self.size not in (None, size):
+            raise InputError(f"Film.write: the image is {size[0]}x{size[1]}, the film {self.size[0]}x{self.size[1]}")
+        self.size = size
+        with self._failures():
+            if self._writer is None:
+                self._writer = self._format(self._partial, size, self.fps)
+            self._writer.write(image)
+        self.frames += 1
+
+    def __exit__(self, kind, error, trace):
+        try:
+            if kind is None:
+                if self._writer is None:
+                    raise FilmError(f"{self.path}: no frame was written")
+                with self._failures():
+                    self._writer.finish()
+                    self._writer.publish(self._target)
+        finally:
+            if self._writer is not None:
+                self._writer.abandon()
+            _remove(self._partial)
+            self._partial = self._writer = None
+
+    def _failures(self):
+        return _Failures(self.path)
+
+
+class _Failures:
+    """Turns OSError into FilmError with the film's name."""
+
+    def __init__(self, path):
+        self.path = path
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, kind, error, trace):
+        if isinstance(error, OSError):
+            raise FilmError(f"{self.path}: writing failed, nothing is kept: {error.strerror or error}") from None
+
+
+class _Encoded:
+    """Frames piped into ffmpeg."""
+
+    options = ()
+    even = False
+
+    @staticmethod
+    def reserve(partial):
+        partial.touch(exist_ok=False)
+
+    def __init__(self, partial, size, fps):
+        import imageio_ffmpeg
+
+        self.partial = partial
+        self.words = tempfile.TemporaryFile()
+        width, height = (n + n % 2 for n in size) if self.even else size
+        rate = fractions.Fraction(fps).limit_denominator(1001)
+        source = f"-f rawvideo -pix_fmt rgb24 -s {width}x{height} -r {rate} -i -".split()
+        self.process = subprocess.Popen(
+            [imageio_ffmpeg.get_ffmpeg_exe(), "-y", "-v", "error", "-nostats", *source, *self.options, str(partial)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            stderr=self.words,
+            # An interrupt from the keyboard is for us to handle.
+            start_new_session=True,
+            # A file-size limit is then an error that ffmpeg reports, not a silent death.
+            restore_signals=False,
+        )
+
+    def write(self, image):
+        if self.even:
+            image = np.pad(image, ((0, image.shape[0] % 2), (0, image.shape[1] % 2), (0, 0)), mode="edge")
+        try:
+            self.process.stdin.write(np.ascontiguousarray(image).data)
+        except OSError:
+            self.process.wait()
+            raise OSError(self._said()) from None
+
+    def finish(self):
+        try:
+            self.process.stdin.close()
+        except OSError:
+            self.process.wait()
+        if self.process.wait() != 0:
+            raise OSError(self._said())
+
+    def _said(self):
+        """The last of ffmpeg's own words, or how it ended."""
+        self.words.seek(0)
+        lines = [line.strip() for line in self.words.read().decode(errors="replace").splitlines() if line.strip()]
+        status = self.process.returncode
+        ended = f"was killed by signal {-status}" if status < 0 else f"ended with status {status}"
+        return "ffmpeg says: " + "; ".join(lines[-2:]) if lines else f"ffmpeg {ended}"
+
+    def publish(self, target):
+        os.replace(self.partial, target)
+
+    def abandon(self):
+        if self.process.poll() is None:
+            self.process.kill()
+            self.process.wait()
+        if not self.process.stdin.closed:
+            try:
+                self.process.stdin.close()
+            except OSError:
+                pass
+        self.words.close()
+
+
+class _Mp4(_Encoded):
+    options = _MP4
+    even = True  # what chroma of half resolution needs
+
+
+class _Gif(_Encoded):
+    options = _GIF
+
+
+class _Picture:
+    """The last frame as one PNG."""
+
+    reserve = _Encoded.reserve
+    publish = _Encoded.publish
+
+    def __init__(self, partial, size, fps):
+        self.partial = partial
+        self.image = None
+
+    def write(self, image):
+        self.image = image.copy()
+
+    def finish(self):
+        _write_png(self.partial, self.image)
+
+    def abandon(self):
+        pass
+
+
+class _Sequence:
+    """Numbered PNGs, made in a folder of their own and moved to their places at the end."""
+
+    @staticmethod
+    def reserve(partial):
+        partial.mkdir()
+
+    def __init__(self, partial, size, fps):
+        self.partial = partial
+        self.count = 0
+
+    def write(self, image):
+        _write_png(self.partial / str(self.count), image)
+        self.count += 1
+
+    def finish(self):
+        pass
+
+    def publish(self, target):
+        pattern = target if "%" in target.name else target / "frame_%04d.png"
+        pattern.parent.mkdir(exist_ok=True)
+        for index in range(self.count):
+            os.replace(self.partial / str(index), pattern.parent / (pattern.name % index))
+        if (pattern.parent / (pattern.name % self.count)).exists():
+            warnings.warn(
+                f"{pattern}: frames of a longer film remain, from {pattern.name % self.count} on",
+                FieldsimWarning,
+                stacklevel=4,
+            )
+
+    def abandon(self):
+        pass
+
+
+def _write_png(path, image):
+    import imageio.v3 as imageio
+
+    # Into memory first: an encoder that meets a full disk can leave a half-written file without a word.
+    path.write_bytes(imageio.imwrite("<bytes>", image, extension=".png"))
+
+
+def _remove(path):
+    if path.is_dir():
+        shutil.rmtree(path, ignore_errors=True)
+    else:
+        path.unlink(missing_ok=True)
+
+
+def _format_of(path):
+    """The class that writes `path`."""
+    name = pathlib.PurePath(path).name
+    if path.endswith(("/", os.sep)) or (not pathlib.PurePath(path).suffix and os.path.isdir(path)):
+        return _Sequence
+    if "%" in name:
+        if not re.fullmatch(r"[^%]*%0?\d*d[^%]*\.png", name, re.IGNORECASE):
+            raise InputError(f"{path}: a numbered sequence is written name_%04d.png")
+        return _Sequence
+    try:
+        return {".mp4": _Mp4, ".gif": _Gif, ".png": _Picture}[pathlib.PurePath(path).suffix.lower()]
+    except KeyError:
+        raise InputError(f"{path}: this ending is not known; give {KNOWN}") from None
+
+
+def checked_size(owner, size) -> tuple[int, int]:
+    """`size` as (width, height), two whole numbers from 1 to 16384."""
+    try:
+        width, height = size
+        if width != int(width) or height != int(height):
+            raise ValueError
+    except (TypeError, ValueError):
+        raise InputError(f"{owner}: size is {size!r}; give (width, height) in pixels") from None
+    if not (1 <= width <= 16384 and 1 <= height <= 16384):
+        raise InputError(f"{owner}: size is {width}x{height}; give a width and a height from 1 to 16384")
+    return int(width), int(height)

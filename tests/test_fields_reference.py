@@ -1,0 +1,59 @@
+"""Every cell of the chart, on every target, against 50-digit quadrature of the definition."""
+
+import dataclasses
+import itertools
+
+import numpy as np
+import pytest
+import reference_cases
+import targets
+
+from fieldsim.potentials import cells, kernels, primitive
+
+REFERENCE = reference_cases.reference()
+
+
+def leaves(base):
+    """Classes below `base` that have none below them."""
+    return [leaf for c in base.__subclasses__() for leaf in (leaves(c) or [c]) if c.__module__.startswith("fieldsim")]
+
+
+def name(cell):
+    return f"{cell.kernel.__name__}-{cell.primitive.__name__}"
+
+
+def packed(cases):
+    return cells.pack([c.primitive for c in cases], [c.kernel for c in cases], 1.0), np.array([c.point for c in cases])
+
+
+def errors(result, expected):
+    return np.abs(result[0] - expected[0]), np.linalg.norm(result[1] - expected[1], axis=1)
+
+
+@pytest.mark.parametrize("target", ["warp64", "numba"])
+@pytest.mark.parametrize("cell", cells.CELLS.values(), ids=name)
+def test_cell_meets_reference(cell, target):
+    cases = REFERENCE[cell]
+    expected = np.array([c.value for c in cases]), np.array([c.gradient for c in cases])
+    value, gradient = errors(targets.evaluate(target, *packed(cases)), expected)
+    assert (value <= [c.value_accepted for c in cases]).all()
+    assert (gradient <= [c.gradient_accepted for c in cases]).all()
+
+
+@pytest.mark.parametrize("cell", cells.CELLS.values(), ids=name)
+def test_cell_in_single_precision(cell):
+    cases = REFERENCE[cell]
+    elements, points = packed(cases)
+    # What rounding the question to float32 costs is not the formulas' doing: both answer the rounded question.
+    elements = dataclasses.replace(elements, rows=elements.rows.astype(np.float32).astype(float))
+    points = points.astype(np.float32).astype(float)
+    expected = targets.evaluate("warp64", elements, points)
+    value, gradient = errors(targets.evaluate("warp32", elements, points), expected)
+    assert (value <= [c.value_accepted_single for c in cases]).all()
+    assert (gradient <= [c.gradient_accepted_single for c in cases]).all()
+
+
+def test_every_kernel_on_every_primitive_is_in_the_chart_and_in_the_reference():
+    wanted = set(itertools.product(leaves(kernels.Kernel), leaves(primitive.Primitive)))
+    assert set(cells.CELLS) == wanted
+    assert set(cells.CELLS.values()) == set(REFERENCE)

@@ -118,24 +118,24 @@ def _short_gaussian(lo: real, width: real, exponent: real):
     f = real(0.0)
     slope = real(0.0)
     half = real(0.5) * width
-    for k in range(8):
+    for k in range(4):
         node = real(0.18343464249564978)
         weight = real(0.36268378337836166)
-        if k // 2 == 1:
+        if k == 1:
             node = real(0.525532409916329)
             weight = real(0.3137066458778869)
-        if k // 2 == 2:
+        if k == 2:
             node = real(0.7966664774136267)
             weight = real(0.22238103445337443)
-        if k // 2 == 3:
+        if k == 3:
             node = real(0.9602898564975362)
             weight = real(0.10122853629037706)
-        if k % 2 == 1:
-            node = -node
-        q = lo + half * (real(1.0) + node)
-        h = half * weight * math.exp(min(exponent - q * q, real(EXPONENT_LIMIT)))
-        f += h
-        slope -= real(2.0) * q * h
+        near = lo + half * (real(1.0) - node)
+        far = lo + half * (real(1.0) + node)
+        h_near = half * weight * math.exp(min(exponent - near * near, real(EXPONENT_LIMIT)))
+        h_far = half * weight * math.exp(min(exponent - far * far, real(EXPONENT_LIMIT)))
+        f += h_near + h_far
+        slope -= real(2.0) * (near * h_near + far * h_far)
     return f, slope
 
 

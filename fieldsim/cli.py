@@ -83,6 +83,7 @@ def _plain_warnings():
                 show(message, category, *where)
 
         warnings.showwarning = plain
+        warnings.simplefilter("always", FieldsimWarning)
         yield
 
 
@@ -209,7 +210,7 @@ def _film(build, name, told, options):
     device_named(options["device"])
     scenario = scenarios.call(build, told)
     with _progress(scenario.title or name) as watch:
-        report = filming.run(scenario, out, watch=watch, **options)
+        report = filming.film(scenario, out, watch=watch, **options)
     click.echo(str(report))
 
 

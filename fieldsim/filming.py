@@ -92,7 +92,7 @@ def _short(number):
     return f"{number:.3g}"
 
 
-def run(
+def film(
     scenario: Scenario,
     out,
     *,
@@ -116,17 +116,19 @@ def run(
     quality = quality or ("draft" if preview else "final")
     times = timeline(duration, fps)
     begun = time.perf_counter()
-    with Film(out, size, fps) as film:
+    with Film(out, size, fps) as target:
         warn_of_unseen(scenario.world, (times[0], times[len(times) // 2], times[-1]))
-        if film.still:
+        if target.still:
             times = times[-1:]
-        report = Report(film.path, film.size, len(times))
-        _shoot(scenario, film, times, report, watch=watch, renderer=Renderer(film.size, quality, device), device=device)
+        report = Report(target.path, target.size, len(times))
+        _shoot(
+            scenario, target, times, report, watch=watch, renderer=Renderer(target.size, quality, device), device=device
+        )
     report.seconds = time.perf_counter() - begun
     return report
 
 
-def _shoot(scenario, film, times, report, *, watch, renderer, device):
+def _shoot(scenario, target, times, report, *, watch, renderer, device):
     """Make the frames at `times`, in order."""
     world = scenario.world
     moving = any(len(particles) for particles in world.particles)
@@ -144,7 +146,7 @@ def _shoot(scenario, film, times, report, *, watch, renderer, device):
         with report.rendering.running():
             image = renderer.frame(snapshot, scenario.camera)
         with report.writing.running():
-            film.write(image)
+            target.write(image)
     if watch is not None:
         watch(len(times), len(times))
     report.rays = renderer.rays

@@ -3,8 +3,8 @@
 Within a step a particle follows the parabola x + t v + t^2/2 a, which is leapfrog's drift for every t, so a step that
 is cut at an event stays a chain of leapfrog steps and keeps its order. The *gap* of a sphere of radius r at x is
 log F(x + r n) with n = grad F / |grad F|: zero where the sphere touches the surface, negative outside. The logarithm
-makes it smooth (quadratic along a line for one Gaussian) and never steep. While a step lasts, the field of a moving
-surface is the blend (1 - s) F(stage) + s F(stage + 1); its speed along the normal is (dF/dt) / |grad F|.
+makes it smooth (quadratic along a line for one Gaussian) and never steep. While a step lasts, log F of a moving surface
+is interpolated between its two stages, which moves one Gaussian as it should be moved.
 
 Far away, a step that stays within the margin (see `surfaces`) cannot hit. Otherwise the path is walked: by the margin
 where that is large, else by a grain of the surface, with a cubic Hermite interpolant of the gap that tells of a hump
@@ -78,44 +78,71 @@ def closing(m: Motion, touch: Touch, t: wp.float64):
 
 
 @functools.cache
-def blended_field(kinds_used):
-    """Warp function (point, stages, stage, s) -> (F, gradient, F(stage + 1) - F(stage)) at the fraction s of a step."""
+def pull_between(kinds_used):
+    """Warp function (point, gravity, stage, s) -> acceleration at the fraction s of a step, between its two stages."""
     field = field_at(kinds_used)
-    moving_kinds = kinds_used[1]
 
     @wp.func
-    def still(p: wp.vec3d, stages: Stages, stage: int, s: wp.float64):
-        f, g = field(p, stages, stage)
+    def still(p: wp.vec3d, gravity: Stages, stage: int, s: wp.float64):
+        _f, g = field(p, gravity, stage)
+        return g
+
+    @wp.func
+    def changing(p: wp.vec3d, gravity: Stages, stage: int, s: wp.float64):
+        _f0, g0 = field(p, gravity, stage)
+        _f1, g1 = field(p, gravity, stage + 1)
+        return g0 + s * (g1 - g0)
+
+    return changing if kinds_used[1] else still
+
+
+@functools.cache
+def log_surface(kinds_used):
+    """Warp function (point, surfaces, stage, s) -> (log F, its gradient) at the fraction s, and the surface's advance.
+
+    The advance is how far the level surface through the point moves outward in the whole step.
+    """
+    field = field_at(kinds_used)
+
+    @wp.func
+    def logarithm(p: wp.vec3d, surfaces: Stages, stage: int):
+        f, g = field(p, surfaces, stage)
+        f = wp.max(f, TINY)
+        return wp.log(f), g / f
+
+    @wp.func
+    def still(p: wp.vec3d, surfaces: Stages, stage: int, s: wp.float64):
+        f, g = logarithm(p, surfaces, stage)
         return f, g, wp.float64(0.0)
 
     @wp.func
-    def changing(p: wp.vec3d, stages: Stages, stage: int, s: wp.float64):
-        f0, g0 = field(p, stages, stage)
-        f1, g1 = field(p, stages, stage + 1)
-        return f0 + s * (f1 - f0), g0 + s * (g1 - g0), f1 - f0
+    def changing(p: wp.vec3d, surfaces: Stages, stage: int, s: wp.float64):
+        f0, g0 = logarithm(p, surfaces, stage)
+        f1, g1 = logarithm(p, surfaces, stage + 1)
+        # The mean slope makes this exact for a Gaussian that is moved.
+        mean = wp.max(wp.float64(0.5) * wp.length(g0 + g1), TINY)
+        return f0 + s * (f1 - f0), g0 + s * (g1 - g0), (f1 - f0) / mean
 
-    return changing if moving_kinds else still
+    return changing if kinds_used[1] else still
 
 
 @functools.cache
 def touch_at(kinds_used):
     """Warp function (point, radius, surfaces, moment, time after it) -> Touch."""
-    surface = blended_field(kinds_used)
+    surface = log_surface(kinds_used)
 
     @wp.func
     def touch(p: wp.vec3d, radius: wp.float64, surfaces: Stages, moment: Moment, later: wp.float64):
         s = (moment.t + later) / moment.dt
-        _f, inward, _change = surface(p, surfaces, moment.stage, s)
-        f, g, change = surface(p + radius * wp.normalize(inward), surfaces, moment.stage, s)
-        f = wp.max(f, TINY)
-        size = wp.length(g)
+        _gap, inward, _advance = surface(p, surfaces, moment.stage, s)
+        gap, g, advance = surface(p + radius * wp.normalize(inward), surfaces, moment.stage, s)
         result = Touch()
-        result.gap = wp.log(f)
-        result.slope = wp.max(size / f, TINY)
-        result.normal = -wp.normalize(g)
-        if size == wp.float64(0.0):  # at the very centre of a body every way is out
+        result.gap = gap
+        result.slope = wp.max(wp.length(g), TINY)
+        result.normal = -g / result.slope
+        if wp.length(g) == wp.float64(0.0):  # at the very centre of a body every way is out
             result.normal = wp.vec3d(wp.float64(0.0), wp.float64(0.0), wp.float64(1.0))
-        result.speed = change / (moment.dt * wp.max(size, TINY))
+        result.speed = advance / moment.dt
         return result
 
     return touch
@@ -269,7 +296,7 @@ def supported(gravity_kinds, surface_kinds):
     """Warp function that moves a touching particle along the surface, or off it where nothing presses it on."""
     touch_of = touch_at(surface_kinds)
     push = push_out(surface_kinds)
-    pull = blended_field(gravity_kinds)
+    pull = pull_between(gravity_kinds)
 
     @wp.func
     def support(
@@ -311,7 +338,7 @@ def supported(gravity_kinds, surface_kinds):
             ending.t = result.t
             x = push(x, radius, grain, surfaces, ending)
             there = touch_of(x, radius, surfaces, ending, wp.float64(0.0))
-        _f, a, _change = pull(x, gravity, moment.stage, result.t / moment.dt)
+        a = pull(x, gravity, moment.stage, result.t / moment.dt)
         v = v + wp.float64(0.5) * h * a
         if held:
             v = v + wp.max(there.speed - wp.dot(v, there.normal), wp.float64(0.0)) * there.normal
@@ -327,7 +354,7 @@ def supported(gravity_kinds, surface_kinds):
 def flight(gravity_kinds, surface_kinds):
     """Warp function that flies a particle to its next contact or to the step's end -> (motion, whether it hit)."""
     first = first_contact(surface_kinds)
-    pull = blended_field(gravity_kinds)
+    pull = pull_between(gravity_kinds)
 
     @wp.func
     def fly(
@@ -349,7 +376,7 @@ def flight(gravity_kinds, surface_kinds):
         half = wp.float64(0.5) * h
         v = m.v + half * m.a
         result.x = m.x + h * v
-        _f, a, _change = pull(result.x, gravity, moment.stage, result.t / moment.dt)
+        a = pull(result.x, gravity, moment.stage, result.t / moment.dt)
         result.a = a
         result.v = v + half * a
         return result, wp.where(found >= wp.float64(0.0), 1, 0)
@@ -364,7 +391,7 @@ def contact_step(gravity_kinds, surface_kinds):
     push = push_out(surface_kinds)
     support = supported(gravity_kinds, surface_kinds)
     fly = flight(gravity_kinds, surface_kinds)
-    pull = blended_field(gravity_kinds)
+    pull = pull_between(gravity_kinds)
 
     @wp.func
     def step(
@@ -388,7 +415,7 @@ def contact_step(gravity_kinds, surface_kinds):
             if here.gap > TOUCHING:
                 m.x = push(m.x, radius, grain, surfaces, moment)
                 here = touch_of(m.x, radius, surfaces, moment, wp.float64(0.0))
-                _f, a, _change = pull(m.x, gravity, stage, m.t / dt)
+                a = pull(m.x, gravity, stage, m.t / dt)
                 m.a = a
             leaving = wp.dot(m.v, here.normal) - here.speed
             slow = RESTING * dt * wp.max(-wp.dot(m.a, here.normal), wp.float64(0.0))
@@ -406,7 +433,7 @@ def contact_step(gravity_kinds, surface_kinds):
             if m.t >= dt:
                 break
         if m.t < dt:  # more events than anyone can follow: it stays where it is until the step is over
-            _f, a, _change = pull(m.x, gravity, stage, wp.float64(1.0))
+            a = pull(m.x, gravity, stage, wp.float64(1.0))
             m.a = a
         return m, hits
 

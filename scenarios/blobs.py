@@ -31,14 +31,17 @@ def creature(stride: float, pace: float) -> list[fs.Body]:
 
         return [fs.Segment(lambda t: (x, 0.12 * side, bob(t)), knee), fs.Segment(knee, foot)]
 
-    spine = fs.Segment(lambda t: (-0.7, 0, bob(t)), lambda t: (0.75, 0, bob(t) + 0.05))
+    def nose(t):
+        return 1.05, 0.08 * math.sin(pace * t / 2), bob(t) + 0.3
+
+    spine = fs.Segment(lambda t: (-0.7, 0, bob(t)), lambda t: (0.7, 0, bob(t)))
+    neck = fs.Segment(spine.end, nose)
     legs = [bone for x, side, phase in LEGS for bone in leg(x, side, phase)]
-    head = fs.Point(lambda t: (1.05, 0.08 * math.sin(pace * t / 2), bob(t) + 0.25))
     tail = fs.Arc(center=lambda t: (-0.7, 0, bob(t) + 0.4), normal=lambda t: (0.3 * math.sin(pace * t), 1, 0),
                   start=(0, 0, -1), radius=0.4, angle=2.4)  # fmt: skip
     return [
-        fs.Body([spine, *legs, tail], surface=skin),
-        fs.Body(head, surface=fs.Material(color="sand", radius=0.24, blobbiness=-2)),
+        fs.Body([spine, neck, tail, *legs], surface=skin),
+        fs.Body(fs.Point(nose), surface=fs.Material(color="sand", radius=0.24, blobbiness=-2)),
     ]
 
 
@@ -47,11 +50,9 @@ def build(stride: float = 0.5, steps: float = 1.0) -> fs.Scenario:
     for body in creature(stride, math.pi * steps):
         world.add_body(body)
     for side, color in ((-1, "tomato"), (1, "royalblue")):
-        meet = fs.Keyframes(
-            [0, 3, 6], [(0.9 * side, 1.6, 0.7), (0.12 * side, 1.6, 0.7), (0.9 * side, 1.6, 0.7)], loop=True
-        )
+        meet = fs.Keyframes([0, 3, 6], [(side, 1.2, 1.75), (0.12 * side, 1.2, 1.75), (side, 1.2, 1.75)], loop=True)
         world.add_body(fs.Body(fs.Point(meet), surface=fs.Material(color=color, radius=0.42, blobbiness=-1.5)))
-    camera = fs.Camera(eye=(1.6, -3.4, 1.7), look_at=(0.1, 0.5, 0.55), fov=42)
+    camera = fs.Camera(eye=(1.5, -4.0, 1.8), look_at=(0.1, 0.4, 0.95), fov=40)
     return fs.Scenario(world, camera, duration=6.0, fps=30)
 
 

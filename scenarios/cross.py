@@ -13,7 +13,7 @@ import fieldsim as fs
 def build(hoppers: int = 240, spread: float = 0.25, seed: int = 3) -> fs.Scenario:
     arms = [fs.Segment((-1.5, 0, 0), (1.5, 0, 0)), fs.Segment((0, -1.5, 0), (0, 1.5, 0))]
     cross = fs.Body(arms, gravity=fs.Newtonian(softening=0.05), mass=2.0, surface=fs.Material("slateblue", radius=0.16))
-    world = fs.World()
+    world = fs.World(background=fs.Background(stars=0.1))
     world.add_body(cross)
 
     # Circles around an arm: the pull is towards it, speed^2 = distance * pull.

@@ -17,7 +17,7 @@ def build(depth: float = 1.6, antigravity: bool = False) -> fs.Scenario:
     planet = fs.Body(heart, gravity=fs.Gaussian(a=1.0), mass=-1.0 if antigravity else 1.0)
     start = (0.0, 0.0, 0.05 if antigravity else depth)
 
-    world = fs.World()
+    world = fs.World(background=fs.Background(stars=0.1))
     world.add_body(planet)
     world.add_particles([start], [(0, 0, 0)], radius=0.09, color="amber")
 
@@ -33,7 +33,7 @@ def build(depth: float = 1.6, antigravity: bool = False) -> fs.Scenario:
     cage = [fs.Circle((0, 0, 0), (np.cos(k), np.sin(k), 0), 1.0) for k in np.arange(6) * np.pi / 6]
     cage += [fs.Circle((0, 0, z), (0, 0, 1), np.sqrt(1 - z * z)) for z in (-0.5, 0.0, 0.5)]
     world.add_body(fs.Body(cage, surface=fs.Material(color="steelblue", radius=0.03)))
-    camera = fs.Camera.orbit(look_at=(0, 0, 0.2), radius=5.0, height=1.0, period=48, fov=40)
+    camera = fs.Camera.orbit(look_at=(0, 0, 0.2), radius=4.4, height=1.0, period=48, fov=40)
     return fs.Scenario(world, camera, integrator=fs.Leapfrog(dt=1e-3), duration=12.0, fps=30)
 
 

@@ -2,19 +2,15 @@
 
 import numpy as np
 import pytest
-import warp as wp
 
-from fieldsim import launch
-from fieldsim.errors import InputError
 from fieldsim.potentials.arc import Arc
 from fieldsim.potentials.field import Field, Term
 from fieldsim.potentials.kernels import Cauchy
 from fieldsim.potentials.point import Point
 from fieldsim.potentials.segment import Segment
 from fieldsim.render.camera import Camera
-from fieldsim.render.image import Renderer, render
+from fieldsim.render.image import Renderer
 from fieldsim.world.body import Body
-from fieldsim.world.light import Background, DirectionalLight, PointLight
 from fieldsim.world.material import Material
 from fieldsim.world.world import World
 
@@ -51,7 +47,7 @@ def field_of(world):
 
 
 def oracle(world, camera, size, near, far, samples=400):
-    """Depths (H, W) of the first sign change among dense samples in near..far, bisected; inf for none. And the field."""
+    """Depths (H, W) of the first sign change among dense samples in near..far, bisected, or inf; and the field."""
     field = field_of(world)
     d = rays(camera, size).reshape(-1, 3)
     eye = np.array(camera.eye)
@@ -85,8 +81,8 @@ def check(world, camera, near, far, radius, size=SIZE):
     hit = np.isfinite(depth)
     value, gradient = field.value_and_gradient(np.array(camera.eye) + depth[hit][:, None] * d[hit])
     slope = np.linalg.norm(gradient, axis=1)
-    # Each of a handful of elements is cut at 1e-4 of the level, where the slope is 2 |B| / R >= 4 / R: 1e-4 R leaves room
-    # for four.
+    # Each of a handful of elements is cut at 1e-4 of the level, where the slope is 2 |B| / R >= 4 / R: 1e-4 R leaves
+    # room for four.
     assert (np.abs(value - 1) / slope).max() < 1e-4 * radius
     # The first root, not another one: save for grazing, where the oracle's samples step over a crossing.
     assert np.count_nonzero(np.abs(depth[hit] - expected[hit]) > 1e-2 * radius) <= 2

@@ -71,6 +71,30 @@ def unit_of(elements: cells.Elements, radii: np.ndarray) -> float:
     return 2.0 ** round(math.log2(min(smallest, default=1.0)))
 
 
+def reaches_level(bounded: Bounded) -> bool:
+    """Whether the field is at least 1 at the middle of some primitive; looks at the most promising ones."""
+    total = cells.field_sum(tuple(np.unique(bounded.kinds).tolist()))
+    for i in np.argsort(-bounded.reach / bounded.width, kind="stable")[:16]:
+        point = _middle(bounded.rows[i], bounded.shape[i])
+        try:
+            if total(*map(float, point), bounded.rows, bounded.kinds, 0, len(bounded.kinds))[0] >= 1.0:
+                return True
+        except OverflowError:
+            return True
+    return False
+
+
+def _middle(row, shape):
+    """The middle of a primitive."""
+    if shape == SEGMENT:
+        return 0.5 * (row[5:8] + row[8:11])
+    if shape == ARC:
+        half = 0.5 * row[cells.ANGLE]
+        turned = math.cos(half) * row[14:17] + math.sin(half) * np.cross(row[17:20], row[14:17])
+        return row[_ARC_CENTER] + row[cells.SIZE] * turned
+    return row[5:8]
+
+
 def _measures(rows, shape):
     """Measure of each primitive, or 1 for a point."""
     if shape == POINT:

@@ -3,8 +3,8 @@
 Along a ray, g = log F is sampled with its slope at nodes no further apart than the narrowest kernel that the ray is in,
 and joined by cubics. (The logarithm of one Gaussian is a parabola, which a cubic follows exactly, whatever the
 amplitude; F itself would need many more nodes.) A cubic whose Bezier control values stay below 0 by a margin is
-skipped. A maximum near 0 becomes a node, so that grazing humps are seen by the true field. The first node above 0 closes
-a bracket, in which roots of ever shorter cubics converge on the true root. There is one place where the field is
+skipped. A maximum near 0 becomes a node, so that grazing humps are seen by the true field. The first node above 0
+closes a bracket, in which roots of ever shorter cubics converge on the true root. There is one place where the field is
 evaluated; what follows depends on the mode.
 
 Sherstyuk 1999, chapter 4; Nishimura et al. 1985.

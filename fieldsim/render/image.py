@@ -1,6 +1,6 @@
 """From a snapshot and a camera to a picture."""
 
-# ruff: noqa: UP018, RUF046 - float(0.0) and int(0) make variables that Warp lets a loop change
+# ruff: noqa: UP018 - bool(False) makes a variable that Warp lets a branch change
 
 import math
 import warnings
@@ -15,7 +15,7 @@ from fieldsim.render.camera import Camera
 from fieldsim.render.candidates import TILE, View, candidates, capsules
 from fieldsim.render.hermite import Scene
 from fieldsim.render.primary import OVERFLOW, trace_kernel
-from fieldsim.render.shading import Balls, Hits, lights_of, shade_kernel
+from fieldsim.render.shading import BALLS, Balls, Hits, lights_of, shade_kernel
 from fieldsim.render.sky import sky_of
 
 # Samples of a pixel on a 4 x 4 grid: four with no two in a row or column, then the other twelve.
@@ -33,9 +33,10 @@ def render(snapshot, camera: Camera, *, size=(640, 360), quality="final", device
 class Renderer:
     """Renders frames, keeping buffers between them.
 
-    size: (width, height) in pixels. quality: "draft" (edges get 4 samples a pixel) or "final" (up to 16). device: "cpu", "cuda", ...
-    shadows, samples: switch shadows off, and set the greatest number of samples a pixel: 1, 4 or 16. rays: traced so far.
-    Raises InputError for a size or a quality that cannot be.
+    size: (width, height) in pixels. quality: "draft" (edges get 4 samples a pixel) or "final" (up to 16).
+    device: "cpu", "cuda", ... shadows, samples: switch shadows off, and set the greatest number of samples a pixel: 1, 4
+    or 16. rays: traced so far. A camera inside a body sees its surface from within. Raises InputError for a size or a quality
+    that cannot be.
     """
 
     def __init__(self, size=(640, 360), quality="final", device=None, *, shadows=True, samples=None):
@@ -61,7 +62,7 @@ class Renderer:
             self._smooth(stage, hits, color)
         picture = wp.empty((self.size[1], self.size[0], 3), dtype=wp.uint8, device=self.device)
         launch(_develop, self._slot.shape[0], [self._slot, color], [picture.flatten()], device=self.device)
-        self._look_for_surface(snapshot, hits)
+        self._look_for_surface(stage, hits)
         return picture.numpy()
 
     def depth_and_normals(self, snapshot, camera: Camera):
@@ -173,8 +174,19 @@ class Renderer:
             values = wp.array(values, dtype=wp.vec3, device=self.device)
             launch(_scatter, len(pixels), [which, values], [color], device=self.device)
 
-    def _look_for_surface(self, snapshot, hits):
-        pass
+    def _look_for_surface(self, stage, hits):
+        """Warn, once, where no pixel sees a surface because the field nowhere reaches the level."""
+        things = hits.thing.numpy()
+        if self._warned or not stage.count or ((things >= 0) & (things < int(BALLS))).any():
+            return
+        self._warned = True
+        if not bounds.reaches_level(stage.bounded):
+            warnings.warn(
+                "nothing to see: the surface field stays below its level even on the skeleton; lower the materials' "
+                "threshold or raise their radius",
+                FieldsimWarning,
+                stacklevel=3,
+            )
 
 
 class Stage:
@@ -189,7 +201,7 @@ class Stage:
         self.kinds = surface.elements.kinds_used
         self.unit = bounds.unit_of(surface.elements, radii)
         self.view = _view(camera, renderer.size)
-        bounded = bounds.bound(surface.elements, eye, self.unit)
+        self.bounded = bounded = bounds.bound(surface.elements, eye, self.unit)
         self.scene = _scene(bounded, surface, device)
         shapes = capsules(bounded.start, bounded.end, bounded.radius, device)
         self.lists = candidates(self.view, shapes, device)

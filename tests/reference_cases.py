@@ -6,8 +6,8 @@ Accepted in float64, for the value and for the norm of the gradient's error:
 - kernels whose tails vanish (Gaussian): 1e-12 of the value + 2e-15 S, with S = h(0) min(L, 2w) for a curve of length L
   and h(0) for a point, w = 2/a; S/w for the gradient.
 
-Below 1e-18 everything is accepted. In float32: 5e-6 of the field's own scale there, |F| + S for the value and
-|grad F| + S/w for the gradient. There w = 1/s for the Cauchy kernel; for the Newtonian, which has no width, w is the
+Below 1e-18 everything is accepted. In float32: 5e-6 of the field's own scale, |F| + S for the value and |grad F| + S/w
+for the gradient, where w = 1/s for the Cauchy kernel; for the Newtonian, which has no width, w is the
 mean distance L / |F| and S = |F|: where the pulls of a ring cancel, single precision cannot know the small rest.
 """
 

@@ -34,9 +34,9 @@ class Renderer:
     """Renders frames, keeping buffers between them.
 
     size: (width, height) in pixels. quality: "draft" (edges get 4 samples a pixel) or "final" (up to 16).
-    device: "cpu", "cuda", ... shadows, samples: switch shadows off, and set the greatest number of samples a pixel: 1, 4
-    or 16. rays: traced so far. A camera inside a body sees its surface from within. Raises InputError for a size or a quality
-    that cannot be.
+    device: "cpu", "cuda", ... shadows, samples: switch shadows off, and set the greatest number of samples a pixel: 1,
+    4 or 16. rays: traced so far. A camera inside a body sees its surface from within.
+    Raises InputError for a size or a quality that cannot be.
     """
 
     def __init__(self, size=(640, 360), quality="final", device=None, *, shadows=True, samples=None):

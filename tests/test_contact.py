@@ -9,7 +9,9 @@ from fieldsim.dynamics.diagnostics import energy
 from fieldsim.dynamics.integrators import Leapfrog
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.errors import FieldsimWarning
-from fieldsim.potentials.kernels import Cauchy, Newtonian
+from fieldsim.potentials.circle import Circle
+from fieldsim.potentials.field import Field
+from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
 from fieldsim.potentials.point import Point
 from fieldsim.potentials.segment import Segment
 from fieldsim.world.body import Body, Bounce
@@ -237,3 +239,44 @@ def test_a_pile_on_a_cross_stays_outside_and_complete():
     with warnings.catch_warnings():
         warnings.simplefilter("error")  # nothing starts inside
         Simulation(moved, Leapfrog(2e-3), threads=1)
+
+
+def donut(**options):
+    world = World()
+    ring = Circle((0, 0, 0), (0, 0, 1), 1.0)
+    world.add_body(Body(ring, gravity=Newtonian(), mass=1.0, surface=Material(radius=0.25), **options))
+    return world
+
+
+def test_a_pebble_rests_on_the_outer_equator_of_the_donut():
+    # Elsewhere the pull is not along the normal, and without friction a pebble slides to the inside.
+    world = donut()
+    angle = np.linspace(0.0, 2 * np.pi, 7)[:-1]
+    rim = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(6)])
+    world.add_particles(1.5 * rim[:1], np.zeros((1, 3)), radius=BALL, contact=Bounce(0.5))
+    world.add_particles(1.4 * rim, np.zeros((6, 3)), radius=BALL, contact=Bounce(0.0))
+    simulation = Simulation(world, Leapfrog(1e-3), threads=1)
+    simulation.advance(5.0)
+    settled, bounces = simulation.positions, simulation.bounces
+    simulation.advance(300.0)
+    assert simulation.bounces == bounces
+    np.testing.assert_allclose(simulation.positions[0], settled[0], atol=1e-11)
+    np.testing.assert_array_equal(simulation.positions[0][0, 1:], 0.0)
+    # A neutral equilibrium along the rim, an unstable one across it: rounding grows, but not the distance.
+    np.testing.assert_allclose(np.linalg.norm(simulation.positions[1][:, :2], axis=1), settled[0][0, 0], atol=1e-9)
+
+
+def test_pebbles_on_the_donut_are_all_there_and_all_outside():
+    world = donut()
+    rng = np.random.default_rng(2)
+    start = directions(200, seed=9) * rng.uniform(1.6, 2.5, 200)[:, None]
+    world.add_particles(start, 0.2 * rng.normal(size=(200, 3)), radius=BALL, contact=Bounce(0.5))
+    simulation = Simulation(world, Leapfrog(2e-3), threads=1)
+    surface = Field(Circle((0, 0, 0), (0, 0, 1), 1.0), Gaussian(8.0), 8.0 / np.sqrt(np.pi) * np.exp(4.0))
+    for snapshot in simulation.snapshots(np.linspace(1.0, 20.0, 20)):
+        value, gradient = surface.value_and_gradient(snapshot.positions[0])
+        inward = np.nan_to_num(gradient / np.maximum(np.linalg.norm(gradient, axis=1), 1e-300)[:, None])
+        assert (surface.value(snapshot.positions[0] + BALL * inward) < 1.0 + 1e-8).all()
+    assert len(value) == 200
+    assert simulation.bounces > 200
+    assert np.isfinite(simulation.positions[0]).all()

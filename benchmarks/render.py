@@ -113,12 +113,15 @@ def povray(levels, *, plain: bool) -> float | None:
 
 
 def _pov_scene(levels, plain):
-    """A blob whose components are spheres at twice the radius, strong enough to have their surface at it."""
+    """A blob of spheres with the same radii, its quartics falling as steeply there as the Gaussians do."""
     right, up = 2.0, 2.0
     eye = _vector(_CAMERA.eye)
-    strength = 1.0 / (1 - 0.25) ** 2
+    # The logarithm's slope: 4 R / (S^2 - R^2) of (1 - r^2/S^2)^2, 2 |B| / R of the Gaussian.
+    reach = (1 - 2 / _BLOBBINESS) ** 0.5
+    strength = 1.0 / (1 - 1 / reach**2) ** 2
+    colors = [_vector(_shade(level)) for level in range(len(levels))]
     parts = "\n".join(
-        f"sphere {{ {_vector(center)}, {2 * radius:.6f}, {strength:.6f} pigment {{ rgb {_vector(_shade(level))} }} }}"
+        f"sphere {{ {_vector(center)}, {reach * radius:.6f}, {strength:.6f} pigment {{ rgb {colors[level]} }} }}"
         for level, spheres in enumerate(levels)
         for center, radius in spheres
     )

@@ -24,14 +24,16 @@ class Bounded:
     """Elements relative to the eye, in units of `unit`, with what bounds them. All float64; N elements.
 
     rows (N, WIDTH); kinds (N,); shape (N,): POINT, SEGMENT or ARC; reach (N,): the distance from the primitive beyond
-    which the element is cut; width (N,): length over which its kernel changes; start, end (N, 3) and radius (N,): a
-    capsule around all of it.
+    which the element is cut; core (N,): radius within which a point alone exceeds the level, 0 for other shapes and
+    where some strength is negative; width (N,): length over which its kernel changes; start, end (N, 3) and radius
+    (N,): a capsule around all of it.
     """
 
     rows: np.ndarray
     kinds: np.ndarray
     shape: np.ndarray
     reach: np.ndarray
+    core: np.ndarray
     width: np.ndarray
     start: np.ndarray
     end: np.ndarray
@@ -43,6 +45,7 @@ def bound(elements: cells.Elements, eye: np.ndarray, unit: float) -> Bounded:
     rows, kinds = elements.rows.copy(), elements.kinds
     shape = np.zeros(len(rows), dtype=np.int32)
     reach = np.zeros(len(rows))
+    core = np.zeros(len(rows))
     width = np.zeros(len(rows))
     rows[:, cells.POSITIONS] = (rows[:, cells.POSITIONS] - np.tile(eye, 3)) / unit
     rows[:, cells.SIZE] /= unit
@@ -58,10 +61,14 @@ def bound(elements: cells.Elements, eye: np.ndarray, unit: float) -> Bounded:
         part[:, cells.KERNEL] *= unit
         part[:, cells.STRENGTH] *= unit**dimension
         rows[where] = part
-        reach[where] = _REACH[cell.kernel](part, shape[where][0], CUT)
+        reach[where] = _REACH[cell.kernel](part, shape[where][0], CUT / _SHARED[cell.kernel](len(part)))
+        if shape[where][0] == POINT:
+            core[where] = _REACH[cell.kernel](part, POINT, 1.0)
         width[where] = 1.0 / part[:, cells.KERNEL]
+    if (rows[:, cells.STRENGTH] < 0.0).any():
+        core[:] = 0.0
     start, end, radius = _capsules(rows, shape, reach)
-    return Bounded(rows, kinds, shape, reach, width, start, end, radius)
+    return Bounded(rows, kinds, shape, reach, core, width, start, end, radius)
 
 
 def unit_of(elements: cells.Elements, radii: np.ndarray) -> float:
@@ -113,9 +120,8 @@ def _gaussian_reach(rows, shape, cut):
 
 
 def _cauchy_reach(rows, shape, cut):
-    """As for the Gaussian. Tails are long, so that many small ones add up: the cut is shared among them."""
+    """As for the Gaussian."""
     s, strength = rows[:, cells.KERNEL], np.abs(rows[:, cells.STRENGTH])
-    cut = cut / min(len(rows), 100) ** 0.5
     q = np.sqrt(strength * _measures(rows, shape) / cut)
     if shape == SEGMENT:
         q = np.minimum(q, (strength * math.pi / (2.0 * s) / cut) ** (2.0 / 3.0))
@@ -123,6 +129,8 @@ def _cauchy_reach(rows, shape, cut):
 
 
 _REACH = {Gaussian: _gaussian_reach, Cauchy: _cauchy_reach}
+# Among how many of N elements the cut is shared: the Cauchy's tails are so long that many small ones add up.
+_SHARED = {Gaussian: lambda number: 1.0, Cauchy: lambda number: min(number, 100) ** 0.5}
 
 
 def _capsules(rows, shape, reach):

@@ -44,6 +44,7 @@ class Scene:
     kinds: wp.array(dtype=int)
     shape: wp.array(dtype=int)
     reach: wp.array(dtype=float)
+    core: wp.array(dtype=float)
     width: wp.array(dtype=float)
     owner: wp.array(dtype=int)
     materials: wp.array2d(dtype=float)

@@ -22,6 +22,7 @@ from fieldsim.render.sky import sky_of
 _ROOKS = ((0, 1), (1, 3), (2, 0), (3, 2))
 _REST = tuple((x, y) for y in range(4) for x in range(4) if (x, y) not in _ROOKS)
 _SCRATCH = 1 << 22  # intervals held in global memory at a time
+CONTRAST = wp.constant(0.1)  # of square roots of linear colours, from which pixels are given more samples
 QUALITIES = {"draft": 4, "final": 16}
 
 
@@ -149,7 +150,8 @@ class Renderer:
         edges = np.flatnonzero(self._edge.numpy())
         seen = self._supersample(stage, edges, _ROOKS)
         if self.samples > 4 and len(edges):
-            spread = (seen.max(axis=1) - seen.min(axis=1)).max(axis=1) > 0.02
+            perceived = np.sqrt(np.maximum(seen, 0.0))
+            spread = (perceived.max(axis=1) - perceived.min(axis=1)).max(axis=1) > CONTRAST
             edges_more = edges[spread]
             more = self._supersample(stage, edges_more, _REST)
             self._put(color, edges_more, np.concatenate([seen[spread], more], axis=1).mean(axis=1))
@@ -246,6 +248,7 @@ def _scene(bounded, surface, device) -> Scene:
     scene.kinds = wp.array(bounded.kinds, dtype=int, device=device)
     scene.shape = wp.array(bounded.shape, dtype=int, device=device)
     scene.reach = wp.array(bounded.reach, dtype=float, device=device)
+    scene.core = wp.array(bounded.core, dtype=float, device=device)
     scene.width = wp.array(bounded.width, dtype=float, device=device)
     scene.owner = wp.array(surface.owner, dtype=int, device=device)
     table = [(*m.rgb, m.ambient, m.diffuse, m.specular, m.shininess, 0.0) for m in surface.materials]
@@ -278,22 +281,21 @@ def _checked_size(size):
 
 @wp.func
 def _differ(a: int, b: int, hits: Hits, color: wp.array(dtype=wp.vec3)):
-    """Whether two neighbouring pixels see different things, or one thing with an edge or a shadow's border between."""
+    """Whether the picture changes so much between two neighbouring pixels that they need more samples."""
     if hits.thing[a] == -1 and hits.thing[b] == -1:
         return False
     if hits.thing[a] < 0 or hits.thing[b] < 0:
         return True
-    one = color[a]
-    two = color[b]
+    # Square roots stand in for what the eye sees.
     for k in range(3):
-        x = wp.min(one[k], 1.0)
-        y = wp.min(two[k], 1.0)
-        if wp.abs(x - y) > 0.03 + 0.15 * wp.max(x, y):
+        if wp.abs(_seen(color[a][k]) - _seen(color[b][k])) > CONTRAST:
             return True
-    nearer = wp.min(hits.depth[a], hits.depth[b])
-    if wp.dot(hits.normal[a], hits.normal[b]) < 0.8:
-        return True
-    return wp.abs(hits.depth[a] - hits.depth[b]) > 0.03 * nearer
+    return wp.dot(hits.normal[a], hits.normal[b]) < 0.5
+
+
+@wp.func
+def _seen(linear: float):
+    return wp.sqrt(wp.clamp(linear, 0.0, 1.0))
 
 
 @wp.kernel(enable_backward=False)

@@ -114,6 +114,11 @@ def shade_kernel(kinds_used, in_scratch=False):
         while wp.bvh_query_next(query, i, far):
             t0, t1 = pierce(o, d, scene.shape[i], scene.rows, i, scene.reach[i])
             if t1 > 0.0 and t0 < far and t0 < t1:
+                # All strengths being positive, where one point alone is opaque nothing needs a sweep.
+                center = wp.vec3(scene.rows[i, 5], scene.rows[i, 6], scene.rows[i, 7])
+                c0, c1 = pierce_sphere(o, d, center, scene.core[i])
+                if c0 > 0.0 and c0 < far and c0 < c1:
+                    return 1
                 if count == room:
                     return -1
                 count = hermite.insert(ids, t0s, t1s, count, i, t0, t1)

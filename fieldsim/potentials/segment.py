@@ -22,7 +22,7 @@ from fieldsim.potentials.error_functions import erfcx
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
 from fieldsim.potentials.point import EXPONENT_LIMIT
 from fieldsim.potentials.primitive import Primitive
-from fieldsim.potentials.special import log1p
+from fieldsim.potentials.special import COS_30, log1p, sine_powers
 
 HALF_SQRT_PI = math.sqrt(math.pi) / 2
 # Below this width in units of 1/a a Gaussian segment is integrated by eight Gauss-Legendre nodes, exact to rounding.
@@ -31,7 +31,6 @@ SHORT = 0.5
 CLOSE = 1e-6
 # Half the digits of float64: t + SPLIT rounds t to multiples of 2^-26.
 SPLIT = 2.0**26
-COS_30 = math.sqrt(0.75)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -68,31 +67,6 @@ def _plain(point):
 
 
 @portable
-def _bulge(sin: real, cos: real):
-    """Integrals of sin^2 and of sin^4 from 0 to the angle (0..pi) of the given sine and cosine, each to rounding."""
-    cube = sin * sin * sin
-    if cos < real(COS_30):
-        square = real(0.5) * (math.atan2(sin, cos) - sin * cos)
-        return square, real(0.75) * square - real(0.25) * cube * cos
-    # Small angles, where these differences cancel: a Chebyshev series in t^2 = tan(angle / 2)^2 <= 0.0718.
-    t = sin / (real(1.0) + cos)
-    u = t * t
-    p = real(789.5640093228268)
-    p = p * u - real(918.4891935592188)
-    p = p * u + real(747.2761859335488)
-    p = p * u - real(555.3818682741709)
-    p = p * u + real(395.27874539897095)
-    p = p * u - real(268.7996256628945)
-    p = p * u + real(172.30768660581057)
-    p = p * u - real(101.81818176740428)
-    p = p * u + real(53.33333333310107)
-    p = p * u - real(22.857142857142442)
-    p = p * u + real(6.3999999999999995)
-    fourth = p * u * u * t
-    return (real(4.0) * fourth + cube * cos) / real(3.0), fourth
-
-
-@portable
 def cauchy_segment(lo: real, rho2: real, length: real, s: real, fold: real):
     """(F, dF/dlo, dF/d(rho2)) of the Cauchy kernel.
 
@@ -109,7 +83,10 @@ def cauchy_segment(lo: real, rho2: real, length: real, s: real, fold: real):
     sin = s * length * c * root
     cos = (c2 + s * s * lo * hi) * root
     product = c2 * root
-    square, fourth = _bulge(sin, cos)
+    angle = real(0.0)
+    if cos < real(COS_30):
+        angle = math.atan2(sin, cos)
+    square, fourth = sine_powers(sin, cos, angle)
     f = (product * sin + square) / (s * c2 * c)
     curve = product * (product * sin * cos + sin * sin * sin) + fourth
     along = -s * s * length * (lo + hi) * w_lo * w_hi * (w_lo + w_hi)

@@ -299,7 +299,10 @@ COS_30 = math.sqrt(0.75)
 
 @portable
 def sine_powers(sin: real, cos: real, angle: real):
-    """Integrals of sin^2 and of sin^4 from 0 to `angle` (0..pi), each to rounding; sin and cos are the angle's."""
+    """Integrals of sin^2 and of sin^4 from 0 to `angle` (0..pi), each to rounding; sin and cos are the angle's.
+
+    The angle itself is read only where cos < COS_30.
+    """
     cube = sin * sin * sin
     if cos < real(COS_30):
         square = real(0.5) * (angle - sin * cos)

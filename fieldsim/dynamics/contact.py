@@ -17,6 +17,8 @@ from fieldsim.dynamics.touch import REFINEMENTS, TOLERANCE, TOUCHING, Moment, To
 
 # Approach speeds below so many times (gravity along the normal) * dt count as rest.
 RESTING = wp.constant(wp.float64(4.0))
+# After so many contacts in one step a particle slides, as in a bowl that it follows in ever shorter hops.
+CROWDED = wp.constant(8)
 # Events within one step at most.
 EVENTS = wp.constant(256)
 
@@ -169,13 +171,14 @@ def contact_step(gravity_kinds, surface_kinds):
             leaving = wp.dot(m.v, here.normal) - here.speed
             slow = RESTING * dt * wp.max(-wp.dot(m.a, here.normal), wp.float64(0.0))
             touching = here.gap >= -TOUCHING
-            if touching and leaving < -slow:
+            crowded = hits >= CROWDED
+            if touching and leaving < -slow and not crowded:
                 m.v = m.v - (wp.float64(1.0) + restitution) * leaving * here.normal
                 leaving = -restitution * leaving
                 hit = wp.int32(1)
             hits += hit
             hit = wp.int32(0)
-            if touching and leaving <= slow and slow > wp.float64(0.0):
+            if touching and ((leaving <= slow and slow > wp.float64(0.0)) or crowded):
                 m = support(m, here, radius, grain, gravity, surfaces, moment)
             else:
                 m, hit = fly(m, here, radius, grain, gravity, surfaces, moment)

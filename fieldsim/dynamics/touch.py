@@ -17,6 +17,9 @@ TOLERANCE = wp.constant(wp.float64(1e-10))
 TOUCHING = wp.constant(wp.float64(1e-9))
 # Steps of an iteration at most.
 REFINEMENTS = wp.constant(64)
+# Directions this near to each other count as equal; steps of differences, in radii.
+ALIGNED = wp.constant(wp.float64(1e-9))
+DIFFERENCE = wp.constant(wp.float64(1e-5))
 TINY = wp.constant(wp.float64(1e-300))
 
 
@@ -31,6 +34,16 @@ class Touch:
 
 
 @wp.struct
+class Level:
+    """log F at a point, its gradient, and how much both change over the step."""
+
+    value: wp.float64
+    gradient: wp.vec3d
+    change: wp.float64
+    turn: wp.vec3d
+
+
+@wp.struct
 class Moment:
     """Where in time: the step's first stage, its length dt, and the time t elapsed within it."""
 
@@ -41,10 +54,7 @@ class Moment:
 
 @functools.cache
 def log_surface(kinds_used):
-    """Warp function (point, surfaces, stage, s) -> (log F, its gradient) at the fraction s, and the surface's advance.
-
-    The advance is how far the level surface through the point moves outward in the whole step.
-    """
+    """Warp function (point, surfaces, stage, s) -> Level at the fraction s of a step."""
     field = field_at(kinds_used)
 
     @wp.func
@@ -56,36 +66,53 @@ def log_surface(kinds_used):
     @wp.func
     def still(p: wp.vec3d, surfaces: Stages, stage: int, s: wp.float64):
         f, g = logarithm(p, surfaces, stage)
-        return f, g, wp.float64(0.0)
+        return Level(f, g, wp.float64(0.0), wp.vec3d())
 
     @wp.func
     def changing(p: wp.vec3d, surfaces: Stages, stage: int, s: wp.float64):
         f0, g0 = logarithm(p, surfaces, stage)
         f1, g1 = logarithm(p, surfaces, stage + 1)
-        # The mean slope makes this exact for a Gaussian that is moved.
-        mean = wp.max(wp.float64(0.5) * wp.length(g0 + g1), TINY)
-        return f0 + s * (f1 - f0), g0 + s * (g1 - g0), (f1 - f0) / mean
+        return Level(f0 + s * (f1 - f0), g0 + s * (g1 - g0), f1 - f0, g1 - g0)
 
     return changing if kinds_used[1] else still
 
 
 @functools.cache
 def touch_at(kinds_used):
-    """Warp function (point, radius, surfaces, moment, time after it) -> Touch."""
+    """Warp function (point, radius, surfaces, moment, time after it) -> Touch.
+
+    The normal is the gradient of the gap itself, which in a concave corner is not that of F at the lowest point: as the
+    sphere moves, n turns. With w = grad log F there and L = grad log F at the centre, it is w + r/|L| H w', where w' is
+    the part of w across L and H the Hessian of log F at the centre, taken as a difference.
+    """
     surface = log_surface(kinds_used)
 
     @wp.func
     def touch(p: wp.vec3d, radius: wp.float64, surfaces: Stages, moment: Moment, later: wp.float64):
         s = (moment.t + later) / moment.dt
-        _gap, inward, _advance = surface(p, surfaces, moment.stage, s)
-        gap, g, advance = surface(p + radius * wp.normalize(inward), surfaces, moment.stage, s)
+        center = surface(p, surfaces, moment.stage, s)
+        size = wp.max(wp.length(center.gradient), TINY)
+        low = surface(p + radius / size * center.gradient, surfaces, moment.stage, s)
+        gradient = low.gradient
+        change = low.change
+        # The mean slope over the step makes the speed exact for a Gaussian that is moved.
+        mean = gradient + (wp.float64(0.5) - s) * low.turn
+        across = gradient - wp.dot(gradient, center.gradient) / (size * size) * center.gradient
+        aside = wp.length(across)
+        if aside > ALIGNED * wp.length(gradient):
+            step = DIFFERENCE * radius / aside
+            beside = surface(p + step * across, surfaces, moment.stage, s)
+            turned = radius / (size * step) * (beside.gradient - center.gradient)
+            gradient = gradient + turned
+            mean = mean + turned
+            change = change + radius / size * wp.dot(across, center.turn)
         result = Touch()
-        result.gap = gap
-        result.slope = wp.max(wp.length(g), TINY)
-        result.normal = -g / result.slope
-        if wp.length(g) == wp.float64(0.0):  # at the very centre of a body every way is out
+        result.gap = low.value
+        result.slope = wp.max(wp.length(gradient), TINY)
+        result.normal = -gradient / result.slope
+        if wp.length(gradient) == wp.float64(0.0):  # at the very centre of a body every way is out
             result.normal = wp.vec3d(wp.float64(0.0), wp.float64(0.0), wp.float64(1.0))
-        result.speed = advance / moment.dt
+        result.speed = change / (moment.dt * wp.max(wp.length(mean), TINY))
         return result
 
     return touch

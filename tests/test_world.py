@@ -110,7 +110,7 @@ def test_timeline_counts_frames():
 @pytest.mark.parametrize("blobbiness", [-0.5, -4.0, -256.0])
 def test_surface_lies_at_the_radius_in_isolation(kernel, blobbiness):
     material = Material(radius=0.3, blobbiness=blobbiness, kernel=kernel)
-    # A segment much longer than the kernel is wide is a line to 1e-13 for the Gaussian; the Cauchy's tail falls as x^-3.
+    # A segment much longer than the kernel is wide is a line, to 1e-13 for the Gaussian; the Cauchy falls as x^-3.
     tolerance = {"abs": 1e-12} if kernel is Gaussian else {"abs": 1e-9}
     for primitive, tol in ((Point(ORIGIN), {"abs": 1e-12}), (Segment((-900, 0, 0), (900, 0, 0)), tolerance)):
         elements = Body(primitive, surface=material).surface_elements(0.0)

@@ -1,0 +1,45 @@
+"""Kernels of the ray tracer compile for CUDA on machines without a GPU; with one, pictures are the CPU's."""
+
+import numpy as np
+import pytest
+import warp as wp
+
+from fieldsim.potentials import cells
+from fieldsim.potentials.kernels import Cauchy, Gaussian
+from fieldsim.potentials.point import Point
+from fieldsim.potentials.segment import Segment
+from fieldsim.render.camera import Camera
+from fieldsim.render.image import render
+from fieldsim.render.primary import trace_kernel
+from fieldsim.render.shading import shade_kernel
+from fieldsim.world.body import Body
+from fieldsim.world.material import Material
+from fieldsim.world.world import World
+
+KINDS = tuple(sorted(cell.kind for cell in cells.CELLS.values() if cell.kernel in (Gaussian, Cauchy)))
+
+
+@pytest.mark.parametrize("kernel_of", [trace_kernel, shade_kernel])
+@pytest.mark.parametrize("in_scratch", [False, True])
+def test_tracing_and_shading_compile_for_cuda(kernel_of, in_scratch, tmp_path):
+    # In scratch only where the intervals live differs; few cells show that.
+    kinds = KINDS[:1] if in_scratch else KINDS
+    wp.compile_aot_module(kernel_of(kinds, in_scratch).module, arch=90, use_ptx=True, module_dir=tmp_path)
+    assert list(tmp_path.glob("*.ptx"))
+
+
+def test_candidate_lists_and_smoothing_compile_for_cuda(tmp_path):
+    for name in ("candidates", "image"):
+        wp.compile_aot_module(f"fieldsim.render.{name}", arch=90, use_ptx=True, module_dir=tmp_path / name)
+        assert list((tmp_path / name).glob("*.ptx"))
+
+
+@pytest.mark.skipif(not wp.is_cuda_available(), reason="no CUDA device")
+def test_cuda_draws_what_the_cpu_draws():
+    world = World()
+    world.add_body(Body([Segment((-1, 0, 0), (1, 0, 0)), Point((0, 0.5, 0.6))], surface=Material()))
+    world.add_particles([(0.3, -0.8, 0.5)], [(0, 0, 0)], radius=0.1)
+    camera = Camera(eye=(1.0, -4.0, 1.5))
+    pictures = [render(world.at(0.0), camera, size=(160, 120), device=device).astype(int) for device in ("cpu", "cuda")]
+    different = np.abs(pictures[0] - pictures[1]).max(axis=2) > 8
+    assert different.mean() < 0.002

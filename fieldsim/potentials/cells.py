@@ -47,6 +47,15 @@ def register(kernel: type, primitive: type, element: Portable) -> None:
     CELLS[kernel, primitive] = Cell(len(CELLS), kernel, primitive, element)
 
 
+# The cells that return (F, Fx, Fy, Fz, Fxx, Fyy, Fzz, Fxy, Fxz, Fyz), by (kernel, primitive).
+CELLS_JET: dict[tuple[type, type], Portable] = {}
+
+
+def register_jet(kernel: type, primitive: type, element: Portable) -> None:
+    """Enter a cell that returns value, gradient and Hessian."""
+    CELLS_JET[kernel, primitive] = element
+
+
 def cell_of(kernel, primitive) -> Cell:
     """The cell of a kernel and a primitive (instances)."""
     try:

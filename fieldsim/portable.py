@@ -9,16 +9,17 @@ type, `Table` for a two-dimensional array of reals and `Indices` for a one-dimen
   `fieldsim.potentials.special`;
 - it may call other portable functions, also of other modules, and `bind` gives such a name another meaning.
 
+Whatever else a target lacks, or takes differently, is refused with a PortableError (see `portable_rules`).
+
 `f.warp(wp.float64)` is a Warp function, `f.numba` a numba one, and `f(...)` runs as plain Python.
 """
 
-import builtins
 import dis
 import functools
-import math
 import types
 from typing import Any
 
+from fieldsim import portable_rules
 from fieldsim.errors import PortableError
 
 real = float
@@ -32,8 +33,7 @@ class Indices:
     """Annotation: one-dimensional array of int32."""
 
 
-# Builtins that Warp and numba both compile.
-_BUILTINS = frozenset({"abs", "bool", "float", "int", "max", "min", "range", "round"})
+_MARKS = (real, int, bool, Table, Indices)
 
 
 class Portable:
@@ -43,6 +43,7 @@ class Portable:
         self.function = function
         self.bindings = dict(bindings or {})
         self._twins: dict[tuple, Any] = {}
+        self._making = False
         functools.update_wrapper(self, function)
 
     def __call__(self, *args):
@@ -75,18 +76,31 @@ class Portable:
     def _twin(self, target, scalar):
         key = target, scalar
         if key not in self._twins:
-            _refuse_what_is_missing(self, target)
-            source = self.function
-            names = {**self._globals(), "real": scalar}
-            for name in _global_names(source.__code__):
-                if isinstance(names.get(name), Portable):
-                    names[name] = names[name]._twin(target, scalar)
-            twin = types.FunctionType(source.__code__, names, source.__name__, source.__defaults__)
-            twin.__annotations__ = _annotations(source, target, scalar)
-            twin.__module__ = source.__module__
-            twin.__qualname__ = f"{source.__qualname__}_{scalar.__name__}"
-            self._twins[key] = _compile(twin, target)
+            if self._making:
+                raise PortableError(
+                    f"portable function {self.__module__}.{self.__qualname__} calls itself; write a loop"
+                )
+            self._making = True
+            try:
+                self._twins[key] = _compile(self._source(target, scalar), target)
+            finally:
+                self._making = False
         return self._twins[key]
+
+    def _source(self, target, scalar):
+        """The function with the target's scalar and the target's twins of the functions it calls."""
+        source = self.function
+        names = self._globals()
+        portable_rules.check(source, names, lambda value: isinstance(value, Portable), _MARKS)
+        names["real"] = scalar
+        for name in _global_names(source.__code__):
+            if isinstance(names.get(name), Portable):
+                names[name] = names[name]._twin(target, scalar)
+        twin = types.FunctionType(source.__code__, names, source.__name__)
+        twin.__annotations__ = _annotations(source, target, scalar)
+        twin.__module__ = source.__module__
+        twin.__qualname__ = f"{source.__qualname__}_{scalar.__name__}"
+        return twin
 
 
 def portable(function) -> Portable:
@@ -116,45 +130,3 @@ def _annotations(source, target, scalar):
 
 def _global_names(code):
     return [i.argval for i in dis.get_instructions(code) if i.opname in ("LOAD_GLOBAL", "LOAD_NAME")]
-
-
-def _math_names(code):
-    """Attributes read from the module `math`, such as "sqrt"."""
-    instructions = list(dis.get_instructions(code))
-    for module, attribute in zip(instructions, instructions[1:], strict=False):
-        if module.opname == "LOAD_GLOBAL" and module.argval == "math":
-            yield attribute.argval
-
-
-def _refuse_what_is_missing(function, target):
-    """Raise PortableError, naming the function, the name and the remedy, before a compiler does it less clearly."""
-    code = function.function.__code__
-    where = f"portable function {function.__module__}.{function.__qualname__}"
-    names = function._globals()
-    for name in _global_names(code):
-        value = names.get(name)
-        known = value is math or value is real or isinstance(value, Portable | int | float)
-        if name in names and not known:
-            raise PortableError(
-                f"{where} uses {name!r} ({type(value).__name__}): only numbers, math, real and portable "
-                "functions compile for every target; mark it @portable or pass it as an argument"
-            )
-        if name not in names and name not in _BUILTINS:
-            kind = "a builtin that the targets lack" if hasattr(builtins, name) else "not defined"
-            raise PortableError(f"{where} uses {name!r}, which is {kind}; builtins that compile: {sorted(_BUILTINS)}")
-    for name in _math_names(code):
-        if isinstance(getattr(math, name, None), float):
-            continue
-        if not hasattr(math, name) or (target == "warp" and name not in _warp_math()):
-            raise PortableError(
-                f"{where} uses math.{name}, which {target} lacks; "
-                "write it as a portable function (see fieldsim.potentials.special)"
-            )
-
-
-@functools.cache
-def _warp_math():
-    """Names of `math` that Warp compiles."""
-    import warp as wp
-
-    return frozenset(name for name in dir(math) if callable(getattr(math, name)) and hasattr(wp, name))

@@ -71,6 +71,57 @@ def disk(
     )
 
 
+def cylinder(count: int, *, radius, height, velocity=(0, 0, 0), center=(0, 0, 0), seed: int) -> dict:
+    """`count` points spread evenly over an upright cylinder, height = (low, high), all with `velocity`.
+
+    radius: of the cylinder, or (inner, outer) of a pipe.
+    """
+    low, high = _pair("cylinder", "height", height)
+    outer = radius if np.ndim(radius) else (0.0, radius)
+    start = disk(count, radius=outer, thickness=high - low, velocity=velocity, center=center, seed=seed)
+    start["positions"][:, 2] += 0.5 * (low + high)
+    return start
+
+
+def orbits(
+    count: int,
+    *,
+    radius,
+    mass: float,
+    G: float = 1.0,
+    tilt: float = 0.0,
+    normal=(0, 0, 1),
+    center=(0, 0, 0),
+    seed: int,
+) -> dict:
+    """`count` points on circular orbits about a point mass, right-handed about `normal`, radius = (inner, outer).
+
+    tilt: largest angle (radians) between `normal` and an orbit's own axis. About a body that is no point the orbits are
+    nearly circles where they are wide against it.
+    """
+    mass = validate.number("orbits", "G mass", validate.number("orbits", "G", G) * mass, at_least=0.0)
+    tilt = validate.number("orbits", "tilt", tilt, at_least=0.0)
+    flat = disk(count, radius=radius, normal=normal, speed=lambda r: np.sqrt(mass / r), seed=seed)
+    # Turn each orbit about a line of nodes in the disk's plane; the tips of the axes fill a cap evenly.
+    random = _generator("orbits", (0, seed))
+    axis = np.array(validate.direction("orbits", "normal", normal))
+    nodes = _directions(random, count)
+    nodes -= (nodes @ axis)[:, None] * axis
+    nodes /= np.linalg.norm(nodes, axis=1, keepdims=True)
+    angle = np.arccos(random.uniform(np.cos(min(tilt, np.pi)), 1.0, count))
+    return {
+        "positions": _turned(flat["positions"], nodes, angle) + validate.vector("orbits", "center", center),
+        "velocities": _turned(flat["velocities"], nodes, angle),
+    }
+
+
+def _turned(vectors, axes, angles):
+    """Rodrigues' formula, row by row."""
+    cos, sin = np.cos(angles)[:, None], np.sin(angles)[:, None]
+    along = np.einsum("ij,ij->i", axes, vectors)[:, None] * axes
+    return cos * vectors + sin * np.cross(axes, vectors) + (1.0 - cos) * along
+
+
 def box(count: int, *, low, high, velocity=(0, 0, 0), seed: int) -> dict:
     """`count` points spread evenly over the box between the corners `low` and `high`, all with `velocity`."""
     low, high = (np.array(validate.vector("box", name, value)) for name, value in (("low", low), ("high", high)))
@@ -111,14 +162,20 @@ def _generator(owner, seed):
 
 def _range(owner, radius):
     """(inner, outer) from a pair or one number."""
-    pair = (radius, radius) if np.ndim(radius) == 0 else tuple(radius)
-    if len(pair) != 2:
-        raise InputError(f"{owner}: radius is {radius!r}; give (inner, outer), or one number")
-    inner = validate.number(owner, "radius[0]", pair[0], at_least=0.0)
-    outer = validate.number(owner, "radius[1]", pair[1], at_least=0.0)
-    if inner > outer:
-        raise InputError(f"{owner}: radius is ({inner:g}, {outer:g}); give the inner one first")
+    inner, outer = _pair(owner, "radius", (radius, radius) if np.ndim(radius) == 0 else radius)
+    if inner < 0.0:
+        raise InputError(f"{owner}: radius is {inner:g}; give numbers of at least 0")
     return inner, outer
+
+
+def _pair(owner, name, value):
+    """Two numbers, the lower first."""
+    if np.ndim(value) != 1 or len(value) != 2:
+        raise InputError(f"{owner}: {name} is {value!r}; give two numbers, the lower first")
+    low, high = (validate.number(owner, name, v) for v in value)
+    if low > high:
+        raise InputError(f"{owner}: {name} is ({low:g}, {high:g}); give the lower number first")
+    return low, high
 
 
 def _directions(random, count):

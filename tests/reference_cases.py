@@ -10,24 +10,29 @@ Below 1e-18 everything is accepted. In float32: 5e-6 of the field's own scale th
 |grad F| + S/w for the gradient, with w = 1/s for the Cauchy kernel and S = 0 for the Newtonian, which has no width.
 """
 
+import collections
 import dataclasses
 import functools
 import importlib
 import json
+import math
 import pathlib
 import pkgutil
 
 import numpy as np
 
 from fieldsim import potentials
+from fieldsim.potentials.arc import Arc
 from fieldsim.potentials.cells import CELLS, Cell
+from fieldsim.potentials.circle import Circle
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Kernel, Newtonian
+from fieldsim.potentials.point import Point
 from fieldsim.potentials.primitive import Primitive
+from fieldsim.potentials.segment import Segment
 
-# The chart fills as the modules are imported.
-MODULES = {
-    m.name: importlib.import_module(f"fieldsim.potentials.{m.name}") for m in pkgutil.iter_modules(potentials.__path__)
-}
+# The chart fills as the modules are imported; one that nobody imports here would go untested unseen.
+for module in pkgutil.iter_modules(potentials.__path__):
+    importlib.import_module(f"fieldsim.potentials.{module.name}")
 
 KERNELS = {
     "cauchy": lambda p: Cauchy(s=p["s"]),
@@ -35,9 +40,9 @@ KERNELS = {
     "inverse": lambda p: Newtonian(softening=p["eps"]),
 }
 PRIMITIVES = {
-    "point": lambda p: MODULES["point"].Point(p["p"]),
-    "segment": lambda p: MODULES["segment"].Segment(p["a"], p["b"]),
-    "arc": lambda p: MODULES["arc"].Arc(p["center"], p["normal"], p["start"], p["radius"], p["angle"]),
+    "point": lambda p: Point(p["p"]),
+    "segment": lambda p: Segment(p["a"], p["b"]),
+    "arc": lambda p: Arc(p["center"], p["normal"], p["start"], p["radius"], p["angle"]),
 }
 
 
@@ -77,17 +82,25 @@ class Case:
 def reference() -> dict[Cell, list[Case]]:
     """All cases, by cell of the chart."""
     path = pathlib.Path(__file__).parent / "reference" / "fields.json"
-    result = {}
+    result = collections.defaultdict(list)
     for cell in json.loads(path.read_text())["cells"]:
-        if cell["primitive"] not in MODULES:
-            continue
-        cases = [_case(KERNELS[cell["kernel"]], PRIMITIVES[cell["primitive"]], raw) for raw in cell["cases"]]
-        result[CELLS[type(cases[0].kernel), type(cases[0].primitive)]] = cases
-    return result
+        for raw in cell["cases"]:
+            kernel = KERNELS[cell["kernel"]](raw["kernel"])
+            primitive = PRIMITIVES[cell["primitive"]](raw["primitive"])
+            for same in (primitive, _as_circle(primitive)):
+                if same is not None:
+                    result[CELLS[type(kernel), type(same)]].append(_case(kernel, same, raw))
+    return dict(result)
 
 
-def _case(kernel_of, primitive_of, raw) -> Case:
-    kernel, primitive = kernel_of(raw["kernel"]), primitive_of(raw["primitive"])
+def _as_circle(primitive):
+    """The Circle that a full Arc is."""
+    if isinstance(primitive, Arc) and primitive.angle > 2 * math.pi - 1e-12:
+        return Circle(primitive.center, primitive.normal, primitive.radius)
+    return None
+
+
+def _case(kernel, primitive, raw) -> Case:
     scale, width = 0.0, 1.0
     if not isinstance(kernel, Newtonian):
         width = 2.0 / kernel.a if isinstance(kernel, Gaussian) else 1.0 / kernel.s

@@ -47,6 +47,25 @@ def test_disk_turns_right_handed_about_its_normal():
     np.testing.assert_allclose(spin, np.tile((0, 0, 6), (50, 1)), atol=1e-13)
 
 
+def test_cylinder_stands_upright():
+    positions = sampling.cylinder(COUNT, radius=1.5, height=(1.2, 2.2), center=(0, 0, 1), seed=7)["positions"]
+    assert ((positions[:, :2] ** 2).sum(axis=1) / 1.5**2).mean() == pytest.approx(0.5, abs=CHANCE)
+    assert positions[:, 2].min() == pytest.approx(2.2, abs=CHANCE)
+    assert positions[:, 2].max() == pytest.approx(3.2, abs=CHANCE)
+
+
+def test_orbits_are_circular_and_tilted():
+    start = sampling.orbits(500, radius=(1, 3), mass=2.0, G=3.0, tilt=0.4, normal=(0, 1, 0), center=(1, 1, 1), seed=8)
+    positions, velocities = start["positions"] - 1, start["velocities"]
+    distance = np.linalg.norm(positions, axis=1)
+    np.testing.assert_allclose(np.einsum("ij,ij->i", positions, velocities), 0.0, atol=1e-13)
+    np.testing.assert_allclose((velocities**2).sum(axis=1), 6.0 / distance)
+    axes = np.cross(positions, velocities) / (distance * np.linalg.norm(velocities, axis=1))[:, None]
+    assert np.arccos(axes[:, 1]).max() == pytest.approx(0.4, abs=0.01)
+    # A cap is filled evenly where the cosine of the tilt is uniform.
+    assert axes[:, 1].mean() == pytest.approx((1 + np.cos(0.4)) / 2, abs=0.005)
+
+
 def test_box_fills_its_corners():
     start = sampling.box(COUNT, low=(0, 0, -1), high=(1, 2, -1), velocity=(1, 2, 3), seed=6)
     np.testing.assert_allclose(start["positions"].mean(axis=0), (0.5, 1.0, -1.0), atol=2 * CHANCE)
@@ -68,13 +87,15 @@ def test_no_particles():
     [
         (lambda: sampling.shell(-1, radius=1, seed=1), "count is -1"),
         (lambda: sampling.shell(2.5, radius=1, seed=1), r"count is 2\.5"),
-        (lambda: sampling.shell(5, radius=(2, 1), seed=1), r"radius is \(2, 1\); give the inner one first"),
-        (lambda: sampling.shell(5, radius=(1, 2, 3), seed=1), "give \\(inner, outer\\)"),
-        (lambda: sampling.shell(5, radius=-1, seed=1), r"radius\[0\] is -1"),
+        (lambda: sampling.shell(5, radius=(2, 1), seed=1), r"radius is \(2, 1\); give the lower number first"),
+        (lambda: sampling.shell(5, radius=(1, 2, 3), seed=1), "give two numbers, the lower first"),
+        (lambda: sampling.shell(5, radius=-1, seed=1), "radius is -1"),
         (lambda: sampling.shell(5, radius=1, seed="x"), "seed is 'x'"),
         (lambda: sampling.shell(5, radius=1, speed="fast", seed=1), "speed is 'fast'"),
         (lambda: sampling.shell(5, radius=2, speed=lambda r: r * np.nan, seed=1), "speed is nan at distance 2"),
         (lambda: sampling.ball(5, radius=0, seed=1), "radius is 0"),
+        (lambda: sampling.cylinder(5, radius=1, height=2, seed=1), "height is 2; give two numbers"),
+        (lambda: sampling.orbits(5, radius=1, mass=-1, seed=1), "G mass is -1"),
         (lambda: sampling.box(5, low=(1, 0, 0), high=(0, 1, 1), seed=1), "swap the coordinates"),
     ],
 )

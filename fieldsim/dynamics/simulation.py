@@ -1,13 +1,17 @@
 """Simulations: particles moved through the fields of a world's bodies."""
 
+import functools
+import warnings
+
 import numpy as np
 import warp as wp
 
 from fieldsim import validate
 from fieldsim.dynamics.integrators import Leapfrog
 from fieldsim.dynamics.sources import Sources, field_and_gradient, upload
-from fieldsim.dynamics.steps import leapfrog_kernel
-from fieldsim.errors import InputError
+from fieldsim.dynamics.steps import Balls, contact_kernel, leapfrog_kernel, release_kernel
+from fieldsim.dynamics.surfaces import Surfaces
+from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.launch import device_named, launch
 from fieldsim.world.motion import pose_at
 from fieldsim.world.world import Snapshot
@@ -38,8 +42,41 @@ class Simulation:
         self._sizes = [len(particles) for particles in world.particles]
         self._x = self._upload([particles.positions for particles in world.particles])
         self._v = self._upload([particles.velocities for particles in world.particles])
+        self._bounces = wp.zeros(len(self._x), dtype=wp.int32, device=self.device)
+        self._surfaces = Surfaces(world, self.time) if any(p.contact for p in world.particles) else ()
+        if self._surfaces:
+            self._release()
         self._still = upload(self._gravity, np.array([self.time]), self.device)
         _, self._a = field_and_gradient(self._gravity, self._still, self._x, threads=threads)
+
+    @functools.cached_property
+    def _balls(self):
+        """The particles as contact sees them."""
+        sets = self.world.particles
+        balls = Balls()
+        radii = np.repeat([p.radius for p in sets], self._sizes)
+        restitutions = np.repeat([p.contact.restitution if p.contact else -1.0 for p in sets], self._sizes)
+        balls.radii = wp.array(radii, dtype=wp.float64, device=self.device)
+        balls.restitutions = wp.array(restitutions, dtype=wp.float64, device=self.device)
+        balls.grain = self._surfaces.grain
+        return balls
+
+    def _release(self):
+        """Particles that start inside a surface are moved out of it, with a warning."""
+        inside = wp.empty(len(self._x), dtype=wp.int32, device=self.device)
+        # Two equal stages: the world as it is now, standing still.
+        surfaces = self._surfaces.upload(np.array([self.time, self.time]), self.device)
+        kernel = release_kernel(self._surfaces.sources.kinds_used)
+        inputs, outputs = [surfaces, self._balls], [self._x, inside]
+        launch(kernel, len(self._x), inputs, outputs, device=self.device, threads=self.threads)
+        count = int(inside.numpy().sum())
+        if count:
+            warnings.warn(
+                f"{count} of {len(self._x)} particles start inside a surface and were moved out of it; "
+                "start them farther away or give them contact=None",
+                FieldsimWarning,
+                stacklevel=3,
+            )
 
     def _upload(self, sets):
         everything = np.concatenate(sets) if sets else np.zeros((0, 3))
@@ -83,16 +120,26 @@ class Simulation:
     def _leap(self, times, dt):
         steps = len(times) - 1
         gravity = upload(self._gravity, times, self.device, self._still) if self._gravity.moving else self._still
-        launch(
-            leapfrog_kernel(self._gravity.kinds_used),
-            len(self._x),
-            [steps, wp.float64(dt), gravity],
-            [self._x, self._v, self._a],
-            device=self.device,
-            grain=16,
-            threads=self.threads,
-        )
+        state = [self._x, self._v, self._a]
+        if self._surfaces:
+            kernel = contact_kernel(self._gravity.kinds_used, self._surfaces.sources.kinds_used)
+            surfaces = self._surfaces.upload(times, self.device)
+            inputs, state = [steps, wp.float64(dt), gravity, surfaces, self._balls], [*state, self._bounces]
+        else:
+            kernel = leapfrog_kernel(self._gravity.kinds_used)
+            inputs = [steps, wp.float64(dt), gravity]
+        launch(kernel, len(self._x), inputs, state, device=self.device, grain=16, threads=self.threads)
         self.steps_done += steps * len(self._x)
+
+    @property
+    def bounces(self) -> int:
+        """Number of contacts made so far by all particles: bounces and landings."""
+        return int(self._bounces.numpy().sum())
+
+    @property
+    def bounce_counts(self) -> list[np.ndarray]:
+        """Contacts made so far, (N,) int32 per set of particles."""
+        return self._sets(self._bounces)
 
     def snapshot(self) -> Snapshot:
         """The present moment."""

@@ -43,7 +43,9 @@ CELLS: dict[tuple[type, type], Cell] = {}
 
 
 def register(kernel: type, primitive: type, element: Portable) -> None:
-    """Enter a cell into the chart."""
+    """Enter a cell into the chart; its kind is the next number."""
+    if (kernel, primitive) in CELLS:
+        raise InputError(f"the cell of {kernel.__name__} on {primitive.__name__} is in the chart already")
     CELLS[kernel, primitive] = Cell(len(CELLS), kernel, primitive, element)
 
 

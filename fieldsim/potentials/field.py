@@ -19,8 +19,15 @@ class Field:
 
     primitives: one primitive or a sequence; kernel: its h(r); strength: a number, or one per primitive. Strengths and
     the primitives' fields may be functions of time; such a field is evaluated through `field.at(time)`.
-    Fields add, scale and negate: `field + other`, `2.5 * field`, `-field`.
+    Fields add, scale and negate: `field + other`, `2.5 * field`, `-field`, `sum(fields)`. They never change once made.
+
+    Points are given as a NumPy array (or nested sequence) of shape (N, 3) or (3,), answered in float64, or as a Warp
+    array of vec3f or vec3d, answered by Warp arrays on its device in its precision. Raises InputError for misshapen
+    points and, on the host, for coordinates that are not finite.
     """
+
+    # NumPy scalars leave `scalar * field` to the field.
+    __array_ufunc__ = None
 
     def __init__(self, primitives, kernel: Kernel, strength=1.0):
         primitives = skeleton(primitives)
@@ -43,8 +50,16 @@ class Field:
         return any(term.animated for term in self.terms)
 
     def at(self, time: float) -> "Field":
-        """The field at `time`, with nothing left to animate."""
-        return Field.of_terms(term.at(time) for term in self.terms) if self.animated else self
+        """The field at `time`, with nothing left to animate; itself where nothing is."""
+        if not self.animated:
+            return self
+        terms = []
+        for index, term in enumerate(self.terms):
+            try:
+                terms.append(term.at(time))
+            except InputError as reason:
+                raise InputError(f"Field: term {index} at time {time:g}: {reason}") from None
+        return Field.of_terms(terms)
 
     @functools.cached_property
     def elements(self) -> cells.Elements:
@@ -56,51 +71,61 @@ class Field:
         )
 
     def value(self, points):
-        """F at `points`: (N, 3) -> (N,), (3,) -> float; a Warp array of vec3 gives a Warp array on its device."""
+        """F at `points`: (N, 3) -> (N,); (3,) -> float."""
         return self.value_and_gradient(points)[0]
 
     def gradient(self, points):
-        """The gradient of F: (N, 3) -> (N, 3), (3,) -> (3,)."""
+        """The gradient of F: (N, 3) -> (N, 3); (3,) -> (3,)."""
         return self.value_and_gradient(points)[1]
 
     def value_and_gradient(self, points):
         """F and its gradient in one evaluation."""
         if isinstance(points, wp.array):
             return self._evaluate(points)
-        array = np.asarray(points, dtype=float)
-        single = array.shape == (3,)
-        checked = validate.points("Field", "points", array[None] if single else array)
-        value, gradient = self._evaluate(wp.array(checked, dtype=wp.vec3d, device="cpu"))
+        array, single = _host_points(points)
+        value, gradient = self._evaluate(wp.array(array, dtype=wp.vec3d, device="cpu"))
         value, gradient = value.numpy(), gradient.numpy()
         return (float(value[0]), gradient[0]) if single else (value, gradient)
 
     def _evaluate(self, points):
-        if points.dtype not in (wp.vec3f, wp.vec3d):
-            raise InputError(f"Field: points have dtype {points.dtype.__name__}; give a Warp array of vec3f or vec3d")
-        scalar = points.dtype._wp_scalar_type_
-        device = points.device
-        rows = wp.array(self.elements.rows, dtype=scalar, device=device)
-        kinds = wp.array(self.elements.kinds, dtype=wp.int32, device=device)
+        if points.dtype not in (wp.vec3f, wp.vec3d) or points.ndim != 1:
+            raise InputError(
+                f"Field: points are a Warp array of {points.dtype.__name__} with shape {points.shape}; "
+                "give one of vec3f or vec3d with shape (N,)"
+            )
+        scalar, device = points.dtype._wp_scalar_type_, points.device
         value = wp.empty(len(points), dtype=scalar, device=device)
         gradient = wp.empty(len(points), dtype=points.dtype, device=device)
-        launch.launch(
-            _kernel(self.elements.kinds_used, scalar),
-            len(points),
-            [points, rows, kinds],
-            [value, gradient],
-            device=device,
-        )
+        kernel = _kernel(self.elements.kinds_used, scalar)
+        launch.launch(kernel, len(points), [points, *self._tables(scalar, device)], [value, gradient], device=device)
         return value, gradient
+
+    def _tables(self, scalar, device):
+        """Rows and kinds on a device, uploaded once."""
+        key = scalar, device.alias
+        if key not in self._uploaded:
+            rows = wp.array(self.elements.rows, dtype=scalar, device=device)
+            self._uploaded[key] = rows, wp.array(self.elements.kinds, dtype=wp.int32, device=device)
+        return self._uploaded[key]
+
+    @functools.cached_property
+    def _uploaded(self):
+        return {}
 
     def __add__(self, other):
         if not isinstance(other, Field):
             return NotImplemented
         return Field.of_terms(self.terms + other.terms)
 
+    def __radd__(self, other):
+        # sum() starts at 0.
+        return self if isinstance(other, int) and other == 0 else NotImplemented
+
     def __mul__(self, factor):
         if not isinstance(factor, numbers.Real):
             return NotImplemented
-        return Field.of_terms(term.scaled(float(factor)) for term in self.terms)
+        factor = validate.number("Field", "factor", factor)
+        return Field.of_terms(term.scaled(factor) for term in self.terms)
 
     __rmul__ = __mul__
 
@@ -108,7 +133,7 @@ class Field:
         return -1.0 * self
 
     def __sub__(self, other):
-        return self + -other
+        return self + -other if isinstance(other, Field) else NotImplemented
 
     def __repr__(self):
         return f"<Field of {len(self.terms)} elements>"
@@ -129,7 +154,8 @@ class Term:
 
     def at(self, time: float) -> "Term":
         """The concrete term at `time`."""
-        return Term(self.primitive.at(time), self.kernel, _value(self.strength, time))
+        strength = validate.number("strength", "its value", _value(self.strength, time))
+        return Term(self.primitive.at(time), self.kernel, strength)
 
     def scaled(self, factor: float) -> "Term":
         """The term with its strength multiplied."""
@@ -142,28 +168,39 @@ def gravity(primitives, mass, *, G=1.0, kernel: Kernel | None = None) -> Field:
     """The field whose gradient is the acceleration towards a skeleton of the given mass.
 
     The mass is spread evenly over the skeleton's total measure (arc length, area; points count 1 each):
-    strength = G mass / measure. The kernel is Newtonian unless told. Raises InputError for a non-finite mass.
+    strength = G mass / measure. The kernel is Newtonian unless told. The mass may be negative, or a function of time.
+    Raises InputError for a mass or G that is not finite and for a skeleton that mixes points, curves and surfaces.
     """
     primitives = skeleton(primitives)
     kernel = Newtonian() if kernel is None else kernel
-    if callable(mass) or any(p.animated for p in primitives):
+    G = validate.number("gravity", "G", G)
+    _refuse_mixed_dimensions(primitives)
+    if not callable(mass):
+        mass = validate.number("gravity", "mass", mass)
+    if not callable(mass) and not any(p.animated for p in primitives):
+        return Field(primitives, kernel, G * mass / total_measure(primitives))
 
-        def strength(time):
-            return G * _value(mass, time) / total_measure(p.at(time) for p in primitives)
+    # The strength is asked for by every element at the same time.
+    @functools.lru_cache(maxsize=1)
+    def strength(time):
+        return G * _value(mass, time) / total_measure(p.at(time) for p in primitives)
 
-        return Field(primitives, kernel, strength)
-    return Field(primitives, kernel, G * validate.number("gravity", "mass", mass) / total_measure(primitives))
+    return Field(primitives, kernel, strength)
 
 
 def total_measure(primitives) -> float:
     """Total measure of a concrete skeleton of one dimension; raises InputError for one that mixes dimensions."""
     primitives = list(primitives)
+    _refuse_mixed_dimensions(primitives)
+    return float(sum(p.measure for p in primitives))
+
+
+def _refuse_mixed_dimensions(primitives):
     if len({p.dimension for p in primitives}) > 1:
         raise InputError(
             "a skeleton that mixes points, curves and surfaces has no common measure to spread mass over; "
             "add one Field or Body for each"
         )
-    return float(sum(p.measure for p in primitives))
 
 
 def skeleton(primitives) -> tuple[Primitive, ...]:
@@ -184,15 +221,31 @@ def _value(maybe_function, time):
 
 
 def _strengths(strength, count):
+    """One checked strength (a number, or a function of time) per primitive."""
     if callable(strength):
         return [strength] * count
-    if np.ndim(strength) == 0:
-        return [validate.number("Field", "strength", strength)] * count
+    if not isinstance(strength, list | tuple) and getattr(strength, "ndim", 0) == 0:
+        return [_strength("strength", strength)] * count
     if len(strength) != count:
         raise InputError(
             f"Field: {len(strength)} strengths for {count} primitives; give one number or one per primitive"
         )
-    return [s if callable(s) else validate.number("Field", f"strength[{i}]", s) for i, s in enumerate(strength)]
+    return [s if callable(s) else _strength(f"strength[{i}]", s) for i, s in enumerate(strength)]
+
+
+def _strength(name, value):
+    if isinstance(value, bool | np.bool_ | str):
+        raise InputError(f"Field: {name} is {value!r}; give a number")
+    return validate.number("Field", name, value)
+
+
+def _host_points(points):
+    """`points` as a checked (N, 3) array, and whether they were a single (3,)."""
+    try:
+        single = np.ndim(points) == 1 and len(points) == 3
+    except ValueError:
+        single = False
+    return validate.points("Field", "points", [points] if single else points), single
 
 
 @functools.cache

@@ -1,0 +1,310 @@
+"""The command line: `fieldsim run SCENARIO`, `fieldsim info`, and the same options for a script run by itself."""
+
+import contextlib
+import os
+import pathlib
+import re
+import signal
+import sys
+import warnings
+
+import click
+
+from fieldsim import scenario as scenarios
+from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
+
+OK, FAILURE, USAGE, INTERRUPTED = 0, 1, 2, 130
+
+EXAMPLES = """
+\b
+Examples:
+  fieldsim run donut                       donut.mp4, 640x360
+  fieldsim run donut --preview             a quick look first
+  fieldsim run donut --pebbles 2000 --size 1280x720 --out big.mp4
+  fieldsim run donut --out donut.png       only the last frame
+  fieldsim run my_planet.py --help         the options of a script of your own
+"""
+
+
+def main(build=None, argv=None) -> None:
+    """Run the command `fieldsim`, or, with `build`, the command of the script that calls this.
+
+    A scenario ends with `if __name__ == "__main__": fs.main(build)`, and `python scenario.py --out film.mp4` works.
+    Ends the process: status 0, 1 after a failure, 2 for wrong usage, 130 after an interrupt.
+    """
+    if build is not None and scenarios.being_loaded():
+        return
+    with contextlib.suppress(ValueError):  # not the main thread
+        # A polite end, as at the keyboard: nothing half-written stays.
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
+    sys.exit(_status(build, sys.argv[1:] if argv is None else list(argv)))
+
+
+def _status(build, argv):
+    """Run the command and return its exit status, with one clear message for whatever went wrong."""
+    program = "fieldsim" if build is None else f"python {sys.argv[0]}"
+    try:
+        with _plain_warnings():
+            command = cli if build is None else film_command(build, _stem_of(build))
+            command.main(argv, prog_name=program, standalone_mode=False)
+        return OK
+    except click.exceptions.NoArgsIsHelpError as error:
+        error.show()
+        return USAGE
+    except click.UsageError as error:
+        help_at = f"\n({error.ctx.command_path} --help tells more)" if error.ctx else ""
+        _say(error.format_message() + help_at)
+        return USAGE
+    except (click.Abort, KeyboardInterrupt):
+        _say("interrupted; nothing was written")
+        return INTERRUPTED
+    except Exception as error:
+        if os.environ.get("FIELDSIM_DEBUG", "0") not in ("", "0"):
+            raise
+        known = isinstance(error, FieldsimError)
+        _say(str(error) if known else f"unexpected {type(error).__name__}: {error} (--debug shows where)")
+        return FAILURE
+
+
+def _say(message):
+    click.echo(f"fieldsim: {message}", err=True)
+
+
+@contextlib.contextmanager
+def _plain_warnings():
+    """Show fieldsim's own warnings as one line each."""
+    with warnings.catch_warnings():
+        show = warnings.showwarning
+
+        def plain(message, category, *where):
+            if issubclass(category, FieldsimWarning):
+                _say(f"warning: {message}")
+            else:
+                show(message, category, *where)
+
+        warnings.showwarning = plain
+        warnings.simplefilter("always", FieldsimWarning)
+        yield
+
+
+def _stem_of(build):
+    return pathlib.Path(build.__code__.co_filename).stem
+
+
+class _Size(click.ParamType):
+    name = "size"
+
+    def convert(self, value, param, ctx):
+        from fieldsim.render.video import checked_size
+
+        if isinstance(value, tuple):
+            return value
+        found = re.fullmatch(r"(-?\d+)x(-?\d+)", value.strip().lower())
+        if not found:
+            self.fail(f"{value!r} is no size; write it like 640x360", param, ctx)
+        try:
+            return checked_size("frame", (int(found[1]), int(found[2])))
+        except InputError as error:
+            self.fail(str(error), param, ctx)
+
+
+class _Device(click.ParamType):
+    name = "device"
+
+    def convert(self, value, param, ctx):
+        if not re.fullmatch(r"cpu|cuda(:\d+)?", value):
+            self.fail(f"{value!r} is no device; give cpu, cuda or cuda:1", param, ctx)
+        return value
+
+
+class _Positive(click.ParamType):
+    name = "number"
+
+    def convert(self, value, param, ctx):
+        try:
+            number = float(value)
+        except ValueError:
+            self.fail(f"{value!r} is no number", param, ctx)
+        if not 0.0 < number < float("inf"):
+            self.fail(f"{value} is not a positive number", param, ctx)
+        return number
+
+
+def _switch_debug(ctx, param, value):
+    if value:
+        os.environ["FIELDSIM_DEBUG"] = "1"
+
+
+def _film_options():
+    """The options that every film has."""
+    return [
+        click.Option(
+            ["--out"], metavar="FILE", help="Where to: .mp4, .gif, .png (last frame), folder/ or name_%04d.png."
+        ),
+        click.Option(["--size"], type=_Size(), metavar="WxH", help="Pixels of a frame; 640x360 unless told."),
+        click.Option(["--fps"], type=_Positive(), help="Frames per second; the scenario's unless told."),
+        click.Option(["--duration"], type=_Positive(), help="Seconds of film; the scenario's unless told."),
+        click.Option(
+            ["--device"], type=_Device(), metavar="cpu|cuda", default="cpu", help="Where to compute; cpu unless told."
+        ),
+        click.Option(["--quality"], type=click.Choice(["draft", "final"]), help="draft is faster; final unless told."),
+        click.Option(["--preview"], is_flag=True, help="A quick look: half the width and height, draft, 10 frames/s."),
+        click.Option(
+            ["--debug"],
+            is_flag=True,
+            is_eager=True,
+            expose_value=False,
+            callback=_switch_debug,
+            help="Show Python's tracebacks.",
+        ),
+    ]
+
+
+def _scenario_option(parameter):
+    """The option of one of `build`'s own parameters."""
+    name = parameter.name.replace("_", "-")
+    required = parameter.required
+    shared = {"required": required, "help": parameter.help or None}
+    if not required and parameter.default is not None:
+        shared |= {"default": parameter.default, "show_default": True}
+    if parameter.kind is bool:
+        return click.Option([f"--{name}/--no-{name}", parameter.name], **shared)
+    kind = click.Choice(parameter.kind) if isinstance(parameter.kind, tuple) else parameter.kind
+    return click.Option([f"--{name}", parameter.name], type=kind, **shared)
+
+
+def film_command(build, name: str) -> click.Command:
+    """The command that films what `build` gives: the options of every film and those of its own parameters.
+
+    A parameter of `build` that is named like a film's option, such as `duration`, is given that option's value, where
+    it is told.
+    """
+    film = _film_options()
+    taken = {option.name for option in film}
+    own = scenarios.parameters(build)
+
+    def callback(**values):
+        told = {p.name: values[p.name] for p in own if p.name not in taken or values[p.name] is not None}
+        _film(build, name, told, {key: values[key] for key in taken if key in values})
+
+    return click.Command(
+        name,
+        callback=callback,
+        params=[_scenario_option(p) for p in own if p.name not in taken] + film,
+        help=scenarios.description(build),
+        context_settings={"max_content_width": 120},
+    )
+
+
+def _film(build, name, told, options):
+    """Check what the machine and the disk say about the request, build, film, report."""
+    from fieldsim import filming
+    from fieldsim.launch import device_named
+    from fieldsim.render.video import Film
+
+    out = options.pop("out") or f"{name}{'-preview' if options['preview'] else ''}.mp4"
+    try:
+        Film(out, options["size"])
+    except InputError as error:
+        raise click.UsageError(str(error)) from None
+    device_named(options["device"])
+    scenario = scenarios.call(build, told)
+    with _progress(scenario.title or name) as watch:
+        report = filming.film(scenario, out, watch=watch, **options)
+    click.echo(str(report))
+
+
+@contextlib.contextmanager
+def _progress(title):
+    """A function (done, in all) that draws a bar with the time left on a terminal, and does nothing elsewhere."""
+    from rich import console, progress
+
+    from fieldsim import launch
+    from fieldsim.filming import COMPILING
+
+    class Doing(progress.ProgressColumn):
+        max_refresh = 0.5
+
+        def render(self, task):
+            compiling = launch.loading_for() > COMPILING
+            return progress.Text("compiling kernels (first run only)" if compiling else title)
+
+    terminal = console.Console(stderr=True)
+    columns = (
+        Doing(),
+        progress.BarColumn(),
+        progress.MofNCompleteColumn(),
+        progress.TextColumn("frames"),
+        progress.TimeElapsedColumn(),
+        progress.TextColumn("left"),
+        progress.TimeRemainingColumn(),
+    )
+    with progress.Progress(*columns, console=terminal, transient=True, disable=not terminal.is_terminal) as bar:
+        task = bar.add_task(title)
+        yield lambda done, count: bar.update(task, completed=done, total=count)
+
+
+class _Run(click.Group):
+    """A group whose commands are the scenario scripts: those of the folder `scenarios`, and any by its path."""
+
+    def list_commands(self, ctx):
+        return [path.stem for path in scenarios.available()]
+
+    def get_command(self, ctx, name):
+        if ctx.resilient_parsing:
+            return None
+        try:
+            path = scenarios.find(name)
+        except FieldsimError as error:
+            raise click.UsageError(str(error), ctx) from None
+        return film_command(scenarios.load(path), path.stem)
+
+    def format_commands(self, ctx, formatter):
+        rows = [(path.stem, scenarios.summary(path)) for path in scenarios.available()]
+        if rows:
+            with formatter.section("Scenarios here"):
+                formatter.write_dl(rows)
+
+    def parse_args(self, ctx, args):
+        """Let a film's options stand before the scenario, too."""
+        valued = {name for option in _film_options() if not option.is_flag for name in option.opts}
+        place = 0
+        while place < len(args) and args[place].startswith("-") and args[place] != "--help":
+            place += 2 if args[place] in valued else 1
+        if place < len(args) and args[place] != "--help":
+            args = [args[place], *args[:place], *args[place + 1 :]]
+        return super().parse_args(ctx, args)
+
+
+def _version(ctx, param, value):
+    if value and not ctx.resilient_parsing:
+        from importlib.metadata import version
+
+        click.echo(f"fieldsim {version('fieldsim')}")
+        ctx.exit()
+
+
+@click.group(context_settings={"max_content_width": 100}, epilog=EXAMPLES)
+@click.option("--version", is_flag=True, is_eager=True, expose_value=False, callback=_version, help="Show the version.")
+def cli():
+    """Films of worlds whose planets are fields: cigars, crosses, donuts.
+
+    A scenario is a Python script that builds a world and a camera; fieldsim simulates it, ray traces it and writes the
+    film.
+    """
+
+
+@cli.command("run", cls=_Run, short_help="Film a scenario.", subcommand_metavar="SCENARIO [OPTIONS]", epilog=EXAMPLES)
+def run():
+    """Film a scenario: a name in the folder scenarios, or the path of a script.
+
+    `fieldsim run SCENARIO --help` shows the options of every film and the scenario's own.
+    """
+
+
+@cli.command(short_help="Versions, devices, kernel cache.")
+def info():
+    """Versions, devices and the kernel cache: what to tell when reporting a problem."""
+    from fieldsim.about import report
+
+    click.echo(report())

@@ -1,0 +1,327 @@
+"""Partial arcs, in their local invariants.
+
+The query point lies at distance rho from the axis and height z above the plane. A source point at angle u from the
+query's azimuth is seen over the half angle v = u / 2: with near2 = (rho - R)^2 + z^2 and far2 = (rho + R)^2 + z^2
+
+    d^2 = near2 cos^2 v + far2 sin^2 v,        F = 2 R integral of h(d) dv from v0 to v1 = v0 + angle / 2.
+
+The ends enter as cosines and sines (c0, s0), (c1, s1) of v0 and v1, in products that keep their digits for the shortest
+arcs and next to the ends; `turn` = sin(v1 - v0), `versine` = 1 - cos(v1 - v0). A kernel's function returns
+(F, dF/drho, dF/dphi / rho, dF/dz); dF/dphi = R (h(d0) - h(d1)) exactly, and d1^2 - d0^2 = 4 R rho turn sin(v0 + v1).
+"""
+
+import dataclasses
+import math
+
+import numpy as np
+
+from fieldsim import validate
+from fieldsim.errors import InputError
+from fieldsim.portable import Table, portable, real
+from fieldsim.potentials.arc_gaussian import gaussian_arc
+from fieldsim.potentials.cells import register
+from fieldsim.potentials.circle import TAU, cauchy_circle, gaussian_circle, newtonian_circle
+from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
+from fieldsim.potentials.primitive import Primitive
+from fieldsim.potentials.special import carlson_d_pair, sine_powers
+
+
+@dataclasses.dataclass(frozen=True)
+class Arc(Primitive):
+    """A circular arc about `center` in the plane across `normal`.
+
+    start: direction of the first point (its part across `normal` counts); angle: in (0, 2 pi], right-handed about
+    `normal`. An arc of 2 pi is a Circle to rounding (the double 2 pi is 2.4e-16 short of the turn, and counts as such).
+    """
+
+    center: tuple[float, float, float]
+    normal: tuple[float, float, float]
+    start: tuple[float, float, float]
+    radius: float
+    angle: float
+
+    dimension = 1
+
+    def _checked(self):
+        normal = validate.direction("Arc", "normal", self.normal)
+        angle = validate.number("Arc", "angle", self.angle, above=0.0)
+        # A sum such as 3 * (tau / 3) may exceed the turn by rounding.
+        if angle > TAU * (1.0 + 1e-12):
+            raise InputError(f"Arc: angle is {angle:g}; give radians in (0, 2 pi]")
+        return {
+            "center": validate.vector("Arc", "center", self.center),
+            "normal": normal,
+            "start": _across(normal, validate.direction("Arc", "start", self.start)),
+            "radius": validate.number("Arc", "radius", self.radius, above=0.0),
+            "angle": min(angle, TAU),
+        }
+
+    @property
+    def measure(self) -> float:
+        """The length, radius times angle."""
+        return self.radius * self.angle
+
+    def pack(self, row):
+        """Write radius, angle, centre, start and normal into an element row."""
+        row[2:4] = self.radius, self.angle
+        row[5:8] = self.center
+        row[14:17] = self.start
+        row[17:20] = self.normal
+
+
+def _across(normal, start):
+    """The unit direction of `start`'s part across `normal`; raises InputError when there is none."""
+    n = np.array(normal)
+    across = np.array(start) - np.dot(start, n) * n
+    size = np.linalg.norm(across)
+    if size < 1e-9:
+        raise InputError(f"Arc: start {start} is parallel to normal {normal}; give a direction across the normal")
+    # Once more: for a start close to the normal, rounding left a part along it.
+    across = across / size
+    across = across - np.dot(across, n) * n
+    return tuple((across / np.linalg.norm(across)).tolist())
+
+
+@portable
+def cauchy_arc(
+    rho: real,
+    z: real,
+    radius: real,
+    c0: real,
+    s0: real,
+    c1: real,
+    s1: real,
+    turn: real,
+    versine: real,
+    s: real,
+    fold: real,
+):
+    """(F, dF/drho, dF/dphi / rho, dF/dz) of the Cauchy kernel. Relative error < 1e-13.
+
+    With q, Q = 1 + s^2 (near2, far2) and the eccentric angle tan(psi) = sqrt(Q / q) tan(v), 1 / (1 + s^2 d^2) is
+    (Q cos^2 psi + q sin^2 psi) / (q Q) and dv shrinks with it: F and its slopes are integrals of cos^2 psi, cos^4 psi
+    and so on from psi0 to psi1, taken about the middle of that range as sums of positive terms.
+    """
+    s2 = s * s
+    inner = rho - radius
+    outer = rho + radius
+    far = real(1.0) + s2 * (outer * outer + z * z)
+    r = (real(1.0) + s2 * (inner * inner + z * z)) / far
+    root = math.sqrt(r)
+    e0 = r * c0 * c0 + s0 * s0
+    e1 = r * c1 * c1 + s1 * s1
+    n = math.sqrt(e0) * math.sqrt(e1)
+    sum_sin = s0 * c1 + c0 * s1
+    # Half the range of psi: its cosine, sine and itself.
+    cos = r * c0 * c1 + s0 * s1
+    if cos > real(0.0):
+        cos_half = math.sqrt(real(0.5) * (n + cos) / n)
+        sin_half = real(0.5) * root * turn / (n * cos_half)
+    else:
+        sin_half = math.sqrt(real(0.5) * (n - cos) / n)
+        cos_half = real(0.5) * root * turn / (n * sin_half)
+    half = math.atan2(sin_half, cos_half)
+    # Squares of the cosine and sine of the middle of the range.
+    cos = r * c0 * c1 - s0 * s1
+    if cos > real(0.0):
+        a = real(0.5) * (n + cos) / n
+        b = real(0.25) * r * sum_sin * sum_sin / (a * n * n)
+    else:
+        b = real(0.5) * (n - cos) / n
+        a = real(0.25) * r * sum_sin * sum_sin / (b * n * n)
+    # Integrals over the range, about its middle: of sin^2, sin^4, cos^2, cos^4 and sin^2 cos^2.
+    sin2, sin4 = sine_powers(sin_half, cos_half, half)
+    cos2 = half - sin2
+    both = sin2 - sin4
+    cos4 = cos2 - both
+    # The same of psi itself (all halved).
+    cos2_psi = a * cos2 + b * sin2
+    sin2_psi = b * cos2 + a * sin2
+    cos4_psi = a * a * cos4 + real(6.0) * a * b * both + b * b * sin4
+    sin4_psi = b * b * cos4 + real(6.0) * a * b * both + a * a * sin4
+    both_psi = a * b * (half - real(4.0) * both) + (a - b) * (a - b) * both
+    scale = real(4.0) * radius / (r * root * far * far)
+    push = -real(4.0) * s2 / far / r * scale
+    along = cos4_psi + real(2.0) * r * both_psi + r * r * sin4_psi
+    across = inner * cos4_psi + real(2.0) * rho * r * both_psi + outer * r * r * sin4_psi
+    swing = real(4.0) * s2 * radius * radius / far * sum_sin * turn * (e0 + e1) / (n * n) / (n * n) / far / far
+    return scale * (cos2_psi + r * sin2_psi), push * across, swing, push * z * along
+
+
+@portable
+def newtonian_arc(
+    rho: real,
+    z: real,
+    radius: real,
+    c0: real,
+    s0: real,
+    c1: real,
+    s1: real,
+    turn: real,
+    versine: real,
+    softening: real,
+    fold: real,
+):
+    """(F, dF/drho, dF/dphi / rho, dF/dz) of 1/sqrt(r^2 + softening^2). Relative error < 1e-13.
+
+    On a bare wire F is inf and the slopes are 0.
+
+    With all lengths in units of far = sqrt(far2) and m1 = near2 / far2, Carlson's integral between two limits becomes
+    F = 4 R R_F(p, p + m1, p + 1), p = (d0 d1 + m1 c0 c1 + s0 s1) / versine (0 for the full circle). Its derivatives by
+    near2 and far2 are the integrals of cos^2 v / d^3 and sin^2 v / d^3 that the force needs: sums of positive terms.
+    """
+    inner = rho - radius
+    outer = rho + radius
+    height2 = z * z + softening * softening
+    far2 = outer * outer + height2
+    far = math.sqrt(far2)
+    m1 = (inner * inner + height2) / far2
+    e0 = m1 * c0 * c0 + s0 * s0
+    e1 = m1 * c1 * c1 + s1 * s1
+    d0 = math.sqrt(e0)
+    d1 = math.sqrt(e1)
+    n = d0 * d1
+    cos = m1 * c0 * c1 + s0 * s1
+    p = real(0.0)
+    if cos > real(0.0):
+        p = (n + cos) / versine
+    elif n > real(0.0):
+        p = m1 * turn * turn / ((n - cos) * versine)
+    if n == real(0.0) or p + m1 == real(0.0):
+        return real(math.inf), real(0.0), real(0.0), real(0.0)
+    sum_sin = s0 * c1 + c0 * s1
+    p_near = _end_product(c0, c1, c0 * c0 * e1 + c1 * c1 * e0, n, turn * sum_sin) / (real(2.0) * n * versine)
+    p_far = _end_product(s0, s1, s0 * s0 * e1 + s1 * s1 * e0, n, m1 * turn * sum_sin) / (real(2.0) * n * versine)
+    r_near, r_far = carlson_d_pair(p, p + m1, p + real(1.0))
+    mixed = real(0.0)
+    if p > real(0.0):
+        mixed = real(1.0) / (math.sqrt(p) * math.sqrt(p + m1) * math.sqrt(p + real(1.0)))
+    f = real(4.0) * radius / far * (p * mixed + (m1 * r_near + r_far) / real(3.0))
+    push = -real(4.0) / real(3.0) * radius / (far2 * far)
+    j_near = r_near + real(3.0) * mixed * p_near
+    j_far = r_far + real(3.0) * mixed * p_far
+    swing = real(4.0) * radius * radius / far2 * sum_sin * turn / (n * (d0 + d1)) / far
+    return f, push * (inner * j_near + outer * j_far), swing, push * z * (j_near + j_far)
+
+
+@portable
+def _end_product(x0: real, x1: real, squares: real, n: real, difference: real):
+    """(x0 d1 + x1 d0)^2 from its squares' sum and from `difference` = x0^2 d1^2 - x1^2 d0^2, without cancellation."""
+    if x0 * x1 >= real(0.0):
+        return squares + real(2.0) * x0 * x1 * n
+    return difference * difference / (squares - real(2.0) * x0 * x1 * n)
+
+
+@portable
+def _half_angle(x: real, y: real, rho: real):
+    """Cosine and sine of v0 = -phi / 2 in (-pi, 0], phi in [0, 2 pi) the azimuth of (x, y); rho = hypot(x, y)."""
+    if rho == real(0.0):
+        return real(1.0), real(0.0)
+    if x >= real(0.0):
+        cos = math.sqrt(real(0.5) * (rho + x) / rho)
+        sin = real(0.5) * abs(y) / (rho * cos)
+    else:
+        sin = math.sqrt(real(0.5) * (rho - x) / rho)
+        cos = real(0.5) * abs(y) / (rho * sin)
+    if y < real(0.0):
+        cos = -cos
+    return cos, -sin
+
+
+@portable
+def _element(x: real, y: real, z: real, rows: Table, i: int):
+    ux = rows[i, 14]
+    uy = rows[i, 15]
+    uz = rows[i, 16]
+    nx = rows[i, 17]
+    ny = rows[i, 18]
+    nz = rows[i, 19]
+    vx = ny * uz - nz * uy
+    vy = nz * ux - nx * uz
+    vz = nx * uy - ny * ux
+    dx = x - rows[i, 5]
+    dy = y - rows[i, 6]
+    dz = z - rows[i, 7]
+    p = dx * ux + dy * uy + dz * uz
+    q = dx * vx + dy * vy + dz * vz
+    f, fp, fq, fn = local(p, q, dx * nx + dy * ny + dz * nz, rows[i, 2], rows[i, 3], rows[i, 1], rows[i, 4])  # noqa: F821 - bound below
+    f *= rows[i, 0]
+    fp *= rows[i, 0]
+    fq *= rows[i, 0]
+    fn *= rows[i, 0]
+    return f, fp * ux + fq * vx + fn * nx, fp * uy + fq * vy + fn * ny, fp * uz + fq * vz + fn * nz
+
+
+@portable
+def _turned(
+    x: real,
+    y: real,
+    z: real,
+    cos_a: real,
+    sin_a: real,
+    turn: real,
+    versine: real,
+    radius: real,
+    width: real,
+    fold: real,
+):
+    """(F, dF/dx, dF/dy, dF/dz) of an arc whose start lies at the azimuth with cosine cos_a and sine sin_a."""
+    rho = math.sqrt(x * x + y * y)
+    c0, s0 = _half_angle(x * cos_a + y * sin_a, y * cos_a - x * sin_a, rho)
+    cos = real(1.0) - versine
+    c1 = c0 * cos - s0 * turn
+    s1 = s0 * cos + c0 * turn
+    f, across, swing, along = arc(rho, z, radius, c0, s0, c1, s1, turn, versine, width, fold)  # noqa: F821
+    if rho == real(0.0):
+        return f, across * cos_a - swing * sin_a, across * sin_a + swing * cos_a, along
+    return f, (across * x - swing * y) / rho, (across * y + swing * x) / rho, along
+
+
+@portable
+def _local(x: real, y: real, z: real, radius: real, angle: real, width: real, fold: real):
+    """(F, dF/dx, dF/dy, dF/dz) in the frame of start, binormal and normal.
+
+    Close to the axis, where the pulls of a nearly full arc cancel, it is the full circle less the short rest.
+    """
+    half = real(0.5) * angle
+    turn = math.sin(half)
+    versine = math.sin(real(0.5) * half)
+    versine = real(2.0) * versine * versine
+    rho = math.sqrt(x * x + y * y)
+    inside = hollow(rho, radius, width)  # noqa: F821 - bound below
+    if half > real(HALF_PI) and (inside or angle >= real(TAU)):
+        f, across, along = circle(rho, z, radius, width, fold)  # noqa: F821
+        fx = across * x
+        fy = across * y
+        if inside and turn > real(0.0):
+            cos = real(1.0) - real(2.0) * turn * turn
+            sin = real(2.0) * turn * (real(1.0) - versine)
+            rest = turn * turn / versine
+            g, gx, gy, gz = turned(x, y, z, cos, sin, turn, rest, radius, width, fold)  # noqa: F821
+            return f - g, fx - gx, fy - gy, along - gz
+        return f, fx, fy, along
+    return turned(x, y, z, real(1.0), real(0.0), turn, versine, radius, width, fold)  # noqa: F821
+
+
+HALF_PI = math.pi / 2
+
+
+@portable
+def _hollow(rho: real, radius: real, width: real):
+    """Whether a query is so close to the axis that all of the circle counts alike."""
+    return rho < real(0.25) * radius
+
+
+@portable
+def _gaussian_hollow(rho: real, radius: real, a: real):
+    """As `_hollow`: the Gaussian also asks that it varies little around the circle."""
+    return rho < real(0.25) * radius and real(2.0) * a * a * rho * radius < real(1.0)
+
+
+def _cell(arc, circle, hollow):
+    return _element.bind(local=_local.bind(turned=_turned.bind(arc=arc), circle=circle, hollow=hollow))
+
+
+register(Cauchy, Arc, _cell(cauchy_arc, cauchy_circle, _hollow))
+register(Gaussian, Arc, _cell(gaussian_arc, gaussian_circle, _gaussian_hollow))
+register(Newtonian, Arc, _cell(newtonian_arc, newtonian_circle, _hollow))

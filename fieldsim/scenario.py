@@ -1,0 +1,231 @@
+"""Scenarios: a world, a camera and a time span; and the scripts that build them."""
+
+import ast
+import contextlib
+import contextvars
+import dataclasses
+import difflib
+import inspect
+import linecache
+import pathlib
+import re
+import sys
+import traceback
+import types
+import typing
+
+from fieldsim import validate
+from fieldsim.dynamics.integrators import Leapfrog
+from fieldsim.errors import FieldsimError, InputError, ScenarioError
+from fieldsim.render.camera import Camera
+from fieldsim.world.world import World
+
+FOLDER = pathlib.Path("scenarios")
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Scenario:
+    """What a film shows.
+
+    world: what there is; camera: who looks; duration: length in seconds, of the film and of the world's time;
+    fps: frames per second; integrator: how particles move, None for `Leapfrog()`; title: for the report, else the
+    script's name.
+    """
+
+    world: World = dataclasses.field(kw_only=False)
+    camera: Camera = dataclasses.field(kw_only=False)
+    duration: float
+    fps: float = 30.0
+    integrator: Leapfrog | None = None
+    title: str = ""
+
+    def __post_init__(self):
+        for name, kind in (("world", World), ("camera", Camera)):
+            if not isinstance(getattr(self, name), kind):
+                raise InputError(f"Scenario: {name} is {getattr(self, name)!r}; give a fs.{kind.__name__}")
+        if not isinstance(self.integrator, Leapfrog | None):
+            raise InputError(f"Scenario: integrator is {self.integrator!r}; give fs.Leapfrog(dt), or None")
+        for name in ("duration", "fps"):
+            object.__setattr__(self, name, validate.number("Scenario", name, getattr(self, name), above=0.0))
+
+
+@dataclasses.dataclass(frozen=True)
+class Parameter:
+    """One parameter of a scenario's `build`. kind: int, float, str, bool, or a tuple of the strings to choose from."""
+
+    name: str
+    kind: type | tuple[str, ...]
+    default: object
+    help: str
+
+    @property
+    def required(self) -> bool:
+        """Whether `build` gives no default."""
+        return self.default is inspect.Parameter.empty
+
+
+def find(name: str) -> pathlib.Path:
+    """The script of a scenario given by its path, or by its bare name in the folder `scenarios`."""
+    path = pathlib.Path(name)
+    if path.is_file():
+        return path
+    if path.name == name and (FOLDER / f"{name}.py").is_file():
+        return FOLDER / f"{name}.py"
+    known = {script.stem: str(script) for script in available()}
+    near = difflib.get_close_matches(path.stem, known, n=3, cutoff=0.5)
+    if near:
+        advice = "did you mean " + " or ".join(near) + "?"
+    elif known:
+        advice = f"in {FOLDER}/ there are " + ", ".join(known)
+    else:
+        advice = f"give the path of a script, or a name in the folder {FOLDER}/ (there is none here)"
+    raise ScenarioError(f"no scenario {name!r}: {advice}")
+
+
+def available() -> list[pathlib.Path]:
+    """The scripts in the folder `scenarios` of the present directory."""
+    return sorted(FOLDER.glob("[!_]*.py"))
+
+
+def summary(path) -> str:
+    """First line of a script's docstring, without running it."""
+    try:
+        text = ast.get_docstring(ast.parse(pathlib.Path(path).read_text(encoding="utf-8")))
+    except (OSError, SyntaxError, ValueError):
+        return ""
+    return (text or "").partition("\n")[0]
+
+
+def load(name: str):
+    """The function `build` of the scenario script with this path or bare name.
+
+    Raises ScenarioError when there is none, or the script fails.
+    """
+    path = find(str(name))
+    module = types.ModuleType(f"scenario_{path.stem}")
+    module.__file__ = str(path)
+    try:
+        code = compile(path.read_bytes(), str(path), "exec")
+    except SyntaxError as error:
+        raise ScenarioError(f"{path}:{error.lineno}: syntax error: {error.msg}") from error
+    except (OSError, ValueError) as error:
+        raise ScenarioError(f"{path} cannot be read as Python: {error}") from error
+    # As `python script.py` does, so that a script finds its neighbours; under its name, as dataclasses need.
+    if str(path.parent.resolve()) not in sys.path:
+        sys.path.insert(0, str(path.parent.resolve()))
+    sys.modules[module.__name__] = module
+    with _told(path), _loading():
+        exec(code, module.__dict__)
+    build = getattr(module, "build", None)
+    if not callable(build):
+        raise ScenarioError(f"{path} defines no function build; a scenario needs `def build(...) -> fs.Scenario`")
+    return build
+
+
+_under_load = contextvars.ContextVar("under_load", default=False)
+
+
+@contextlib.contextmanager
+def _loading():
+    token = _under_load.set(True)
+    try:
+        yield
+    finally:
+        _under_load.reset(token)
+
+
+def being_loaded() -> bool:
+    """Whether a script is being loaded: a `fs.main(build)` without `if __name__ == "__main__"` then does nothing."""
+    return _under_load.get()
+
+
+def call(build, values: dict) -> Scenario:
+    """`build(**values)`; raises ScenarioError, naming the line of the script, when it fails or gives no Scenario."""
+    path = inspect.getsourcefile(build) or "scenario"
+    with _told(path):
+        scenario = build(**values)
+    if not isinstance(scenario, Scenario):
+        raise ScenarioError(f"{_short(path)}: build returned {scenario!r}; return a fs.Scenario")
+    return scenario
+
+
+@contextlib.contextmanager
+def _told(path):
+    """Turn what a script raises into one message with the script's line."""
+    try:
+        yield
+    except Exception as error:
+        frames = [f for f in traceback.extract_tb(error.__traceback__) if _same(f.filename, path)]
+        where = f"{_short(path)}:{frames[-1].lineno} in {frames[-1].name}" if frames else _short(path)
+        line = f"\n    {linecache.getline(frames[-1].filename, frames[-1].lineno).strip()}" if frames else ""
+        kind = "" if isinstance(error, FieldsimError) else f"{type(error).__name__}: "
+        raise ScenarioError(f"{where.removesuffix(' in <module>')}: {kind}{error}{line}") from error
+
+
+def _same(one, other):
+    return pathlib.Path(one).resolve() == pathlib.Path(other).resolve()
+
+
+def _short(path):
+    """The path as seen from here, where that is shorter."""
+    with contextlib.suppress(ValueError):
+        return str(pathlib.Path(path).resolve().relative_to(pathlib.Path.cwd()))
+    return str(path)
+
+
+def parameters(build) -> list[Parameter]:
+    """What `build` takes: its signature, with help from lines `name: text` in its docstring or its script's.
+
+    Raises ScenarioError for a parameter whose type is none of int, float, str, bool or a Literal of strings.
+    """
+    try:
+        signature = inspect.signature(build, eval_str=True)
+    except (NameError, TypeError, ValueError) as error:
+        raise ScenarioError(f"the signature of build cannot be read: {error}") from error
+    text = "\n".join(_docstrings(build))
+    return [
+        Parameter(p.name, _kind(p), p.default, _help(text, p.name))
+        for p in signature.parameters.values()
+        if p.kind not in (p.VAR_POSITIONAL, p.VAR_KEYWORD)
+    ]
+
+
+def description(build) -> str:
+    """The text of a scenario without its lines on parameters."""
+    text = next(iter(_docstrings(build)), "")
+    for parameter in parameters(build):
+        text = _help_pattern(parameter.name).sub("", text)
+    return text.strip()
+
+
+def _docstrings(build):
+    script = getattr(build, "__globals__", {}).get("__doc__")
+    return [inspect.cleandoc(text) for text in (build.__doc__, script) if text]
+
+
+def _help_pattern(name):
+    """A line `name: text` and the indented lines that go on from it."""
+    return re.compile(rf"^{name}: *(.*(?:\n[ \t]+\S.*)*)\n?", re.MULTILINE)
+
+
+def _help(text, name):
+    found = _help_pattern(name).search(text)
+    return " ".join(found[1].split()) if found else ""
+
+
+def _kind(parameter):
+    """Type of a parameter, from its annotation or else its default."""
+    kind = parameter.annotation
+    if kind is parameter.empty:
+        kind = str if parameter.default in (parameter.empty, None) else type(parameter.default)
+    options = [k for k in typing.get_args(kind) if k is not types.NoneType]
+    if typing.get_origin(kind) in (typing.Union, types.UnionType) and len(options) == 1:
+        kind = options[0]
+    if typing.get_origin(kind) is typing.Literal and all(isinstance(option, str) for option in typing.get_args(kind)):
+        return typing.get_args(kind)
+    if kind not in (int, float, str, bool) or parameter.kind is parameter.POSITIONAL_ONLY:
+        raise ScenarioError(
+            f"build: parameter {parameter.name!r} cannot be an option; "
+            "annotate it as int, float, str, bool or a Literal of strings, and let it be given by name"
+        )
+    return kind

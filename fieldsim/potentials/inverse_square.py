@@ -44,9 +44,9 @@ def _angle_powers(turn: real, product: real, d: real):
 def inverse_square_segment(lo: real, rho2: real, length: real, softening: real, fold: real):
     """Local derivatives for `segment_jet`. Relative error < 1e-14 off the wire.
 
-    With q = d tan(phi), d^2 = rho^2 + softening^2, F and its slopes are the integrals of 1, cos^2 and cos^4 over phi, in
-    the difference of the two phi's and the product of their cosines (as `cauchy_segment`). On a bare wire F is inf and
-    the derivatives across are 0.
+    With q = d tan(phi), d^2 = rho^2 + softening^2, F and its slopes are the integrals of 1, cos^2 and cos^4 over phi,
+    in the difference of the two phi's and the product of their cosines (as `cauchy_segment`). On a bare wire F is inf
+    and the derivatives are 0.
     """
     hi = lo + length
     d2 = rho2 + softening * softening

@@ -52,7 +52,7 @@ def inverse_square_segment(lo: real, rho2: real, length: real, softening: real, 
     d2 = rho2 + softening * softening
     r2_lo = lo * lo + d2
     r2_hi = hi * hi + d2
-    if d2 == real(0.0) and lo <= real(0.0):
+    if r2_lo == real(0.0) or (d2 == real(0.0) and lo <= real(0.0)):
         return real(math.inf), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
     d = math.sqrt(d2)
     root = real(1.0) / (math.sqrt(r2_lo) * math.sqrt(r2_hi))

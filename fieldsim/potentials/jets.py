@@ -2,7 +2,7 @@
 
 A jet is (F, Fx, Fy, Fz, Fxx, Fyy, Fzz, Fxy, Fxz, Fyz). Each primitive has one element here, to which the kernel's local
 function is bound; derivatives across a line or from a centre come divided by distances, so that nothing is divided here
-but offsets by their own norm.
+but offsets by their own norm. Closer to a bare source than the type can hold them, derivatives are 0, as on it.
 """
 
 import math
@@ -20,6 +20,9 @@ def point_jet(x: real, y: real, z: real, rows: Table, i: int):
     dz = z - rows[i, 7]
     r2 = dx * dx + dy * dy + dz * dz
     f, slope, bend = kernel(r2, rows[i, 1], rows[i, 4])  # noqa: F821 - bound by the cells
+    if not math.isfinite(slope + bend):
+        slope = real(0.0)
+        bend = real(0.0)
     f *= rows[i, 0]
     slope *= rows[i, 0]
     bend *= rows[i, 0]
@@ -85,6 +88,12 @@ def segment_jet(x: real, y: real, z: real, rows: Table, i: int):
         wz -= along * uz
         rho2 = wx * wx + wy * wy + wz * wz
     f, slope, across, slope_slope, mixed, bend = kernel(lo, rho2, length, rows[i, 1], rows[i, 4])  # noqa: F821
+    if not math.isfinite(slope + across + slope_slope + mixed + bend):
+        slope = real(0.0)
+        across = real(0.0)
+        slope_slope = real(0.0)
+        mixed = real(0.0)
+        bend = real(0.0)
     f *= rows[i, 0]
     slope *= out * rows[i, 0]
     across *= rows[i, 0]
@@ -170,6 +179,9 @@ def arc_jet(x: real, y: real, z: real, rows: Table, i: int):
     f, fa, fb, fn, faa, fbb, fnn, fab, fan, fbn = kernel(  # noqa: F821 - bound by the cells
         rho, inner, height, radius, rows[i, 3], c0, s0, rows[i, 1]
     )
+    if not math.isfinite(fa + fb + fn + faa + fbb + fnn + fab + fan + fbn):
+        zero = real(0.0)
+        return rows[i, 0] * f, zero, zero, zero, zero, zero, zero, zero, zero, zero
     strength = rows[i, 0]
     # The radial direction a and the azimuthal one b.
     ax = cos * ux + sin * vx

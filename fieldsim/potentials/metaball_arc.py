@@ -41,9 +41,9 @@ def _plain(sin: real, cos: real, sin_half: real, cos_half: real, width: real):
 
 @portable
 def _quadrature(start: real, width: real, near2: real, p: real):
-    """Integrals of 1/d, sin^2/d, near2/d^3, sin^2/d^3, sin^4/d^3 where p <= near2 / 4.
+    """Integrals of 1/d, sin^2/d, near2/d^3, sin^2/d^3, sin^4/d^3 by twelve Gauss nodes.
 
-    The integrands vary so little that twelve Gauss nodes are exact to rounding over all of [0, pi / 2].
+    Exact to rounding where d varies little: see `_shell`.
     """
     one = real(0.0)
     s_1 = real(0.0)
@@ -111,7 +111,9 @@ def _shell(start: real, width: real, near2: real, p: real):
     sc_1 = rise / (d_start + d_end)
     sc_3 = sc_1 / both
     ssc_3 = sc_3 * (near2 * (sin * sin + sin_end * sin_end) + p * sin * sin * sin_end * sin_end) / (both + near2)
-    if p < real(0.25) * near2:
+    # d vanishes at v = +-i asinh(near / sqrt(p)), far enough from short pieces and from all where p is small.
+    middle_v = start + real(0.5) * width
+    if p < real(0.25) * near2 or p * (real(1.4) * width * width - middle_v * middle_v) < real(0.5) * near2:
         one_1, s_1, n_3, s_3, ss_3 = _quadrature(start, width, near2, p)
         return s, sc, one_1, s_1, sc_1, n_3, s_3, ss_3, sc_3, ssc_3
     # U, with the shortness of the range, rise, taken out.

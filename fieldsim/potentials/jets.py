@@ -20,15 +20,17 @@ def point_jet(x: real, y: real, z: real, rows: Table, i: int):
     dz = z - rows[i, 7]
     r2 = dx * dx + dy * dy + dz * dz
     f, slope, bend = kernel(r2, rows[i, 1], rows[i, 4])  # noqa: F821 - bound by the cells
-    if not math.isfinite(slope + bend):
-        slope = real(0.0)
-        bend = real(0.0)
     f *= rows[i, 0]
     slope *= rows[i, 0]
     bend *= rows[i, 0]
+    if not math.isfinite(slope):
+        slope = real(0.0)
     gx = slope * dx
     gy = slope * dy
     gz = slope * dz
+    if not math.isfinite(bend):
+        slope = real(0.0)
+        bend = real(0.0)
     r = math.sqrt(r2)
     if r > real(0.0):
         dx /= r
@@ -88,22 +90,24 @@ def segment_jet(x: real, y: real, z: real, rows: Table, i: int):
         wz -= along * uz
         rho2 = wx * wx + wy * wy + wz * wz
     f, slope, across, slope_slope, mixed, bend = kernel(lo, rho2, length, rows[i, 1], rows[i, 4])  # noqa: F821
-    if not math.isfinite(slope + across + slope_slope + mixed + bend):
-        slope = real(0.0)
-        across = real(0.0)
-        slope_slope = real(0.0)
-        mixed = real(0.0)
-        bend = real(0.0)
     f *= rows[i, 0]
     slope *= out * rows[i, 0]
     across *= rows[i, 0]
-    # Of the Hessian along x along - across x across, so that `across` stands for the whole plane and more.
-    lift = slope_slope * rows[i, 0] - across
     mixed *= out * rows[i, 0]
     bend *= rows[i, 0]
+    if not math.isfinite(slope + across):
+        slope = real(0.0)
+        across = real(0.0)
     gx = slope * ux + across * wx
     gy = slope * uy + across * wy
     gz = slope * uz + across * wz
+    # The Hessian is `across` in all directions, what it has more along, and the rest with the offset from the line.
+    lift = slope_slope * rows[i, 0] - across
+    if not math.isfinite(lift + mixed + bend):
+        across = real(0.0)
+        lift = real(0.0)
+        mixed = real(0.0)
+        bend = real(0.0)
     rho = math.sqrt(rho2)
     if rho > real(0.0):
         wx /= rho
@@ -179,9 +183,17 @@ def arc_jet(x: real, y: real, z: real, rows: Table, i: int):
     f, fa, fb, fn, faa, fbb, fnn, fab, fan, fbn = kernel(  # noqa: F821 - bound by the cells
         rho, inner, height, radius, rows[i, 3], c0, s0, rows[i, 1]
     )
-    if not math.isfinite(fa + fb + fn + faa + fbb + fnn + fab + fan + fbn):
-        zero = real(0.0)
-        return rows[i, 0] * f, zero, zero, zero, zero, zero, zero, zero, zero, zero
+    if not math.isfinite(fa + fb + fn):
+        fa = real(0.0)
+        fb = real(0.0)
+        fn = real(0.0)
+    if not math.isfinite(faa + fbb + fnn + fab + fan + fbn):
+        faa = real(0.0)
+        fbb = real(0.0)
+        fnn = real(0.0)
+        fab = real(0.0)
+        fan = real(0.0)
+        fbn = real(0.0)
     strength = rows[i, 0]
     # The radial direction a and the azimuthal one b.
     ax = cos * ux + sin * vx

@@ -68,11 +68,11 @@ def _plain(point):
 
 
 @portable
-def _bulge(sin: real, cos: real, angle: real):
-    """Integrals of sin^2 and of sin^4 from 0 to `angle` (0..pi), each to rounding; sin and cos are the angle's."""
+def _bulge(sin: real, cos: real):
+    """Integrals of sin^2 and of sin^4 from 0 to the angle (0..pi) of the given sine and cosine, each to rounding."""
     cube = sin * sin * sin
     if cos < real(COS_30):
-        square = real(0.5) * (angle - sin * cos)
+        square = real(0.5) * (math.atan2(sin, cos) - sin * cos)
         return square, real(0.75) * square - real(0.25) * cube * cos
     # Small angles, where these differences cancel: a Chebyshev series in t^2 = tan(angle / 2)^2 <= 0.0718.
     t = sin / (real(1.0) + cos)
@@ -109,7 +109,7 @@ def cauchy_segment(lo: real, rho2: real, length: real, s: real, fold: real):
     sin = s * length * c * root
     cos = (c2 + s * s * lo * hi) * root
     product = c2 * root
-    square, fourth = _bulge(sin, cos, math.atan2(sin, cos))
+    square, fourth = _bulge(sin, cos)
     f = (product * sin + square) / (s * c2 * c)
     curve = product * (product * sin * cos + sin * sin * sin) + fourth
     along = -s * s * length * (lo + hi) * w_lo * w_hi * (w_lo + w_hi)

@@ -9,13 +9,12 @@ import math
 
 from fieldsim.portable import portable, real
 from fieldsim.potentials.arc import Arc
+from fieldsim.potentials.arc_jet import arc_jet
 from fieldsim.potentials.cells import register_jet
 from fieldsim.potentials.circle import TAU, Circle
-from fieldsim.potentials.jets import arc_jet
 from fieldsim.potentials.kernels import Quartic, SoftObject
-from fieldsim.potentials.special import sine_powers
+from fieldsim.potentials.special import sine_powers, sine_sixth
 
-COS_30 = math.sqrt(0.75)
 HALF_PI = math.pi / 2
 
 
@@ -48,30 +47,6 @@ def middle(angle: real, c0: real, s0: real):
 
 
 @portable
-def _sine_sixth(sin: real, cos: real, fourth: real):
-    """Integral of sin^6 from 0 to an angle in [0, pi / 2]; fourth: that of sin^4."""
-    cube = sin * sin * sin
-    if cos < real(COS_30):
-        return (real(5.0) * fourth - cube * sin * sin * cos) / real(6.0)
-    # As for `sine_powers`, a Chebyshev series in t^2 = tan(angle / 2)^2 <= 0.0718; its relative error is 7e-18.
-    t = sin / (real(1.0) + cos)
-    u = t * t
-    p = -real(30375.974594686526)
-    p = p * u + real(33879.76593772341)
-    p = p * u - real(25207.637539041425)
-    p = p * u + real(16684.585495158175)
-    p = p * u - real(10458.196212740755)
-    p = p * u + real(6224.805366193648)
-    p = p * u - real(3478.5875112311032)
-    p = p * u + real(1791.9999909275573)
-    p = p * u - real(827.0769230097103)
-    p = p * u + real(325.81818181792414)
-    p = p * u - real(99.55555555555517)
-    p = p * u + real(18.285714285714285)
-    return p * u * u * u * t
-
-
-@portable
 def _part(rho: real, inner: real, z: real, radius: real, support: real, mid: real, half: real):
     """Jet of the part mid - half .. mid + half (angles from the query's azimuth), in the frame of `arc_jet`."""
     sin_mid = math.sin(real(0.5) * mid)
@@ -95,7 +70,7 @@ def _part(rho: real, inner: real, z: real, radius: real, support: real, mid: rea
     q0 = real(2.0) * half
     q1 = real(8.0) * second
     q2 = real(16.0) * fourth
-    q3 = real(32.0) * _sine_sixth(sin_quarter, cos_quarter, fourth)
+    q3 = real(32.0) * sine_sixth(sin_quarter, cos_quarter, fourth)
     p1 = real(2.0) * q1 - q2
     p2 = real(2.0) * q2 - q3
     # Integrals of w, w c, ... and of w^2, w^2 c, w^2 sin y, w^3.

@@ -4,12 +4,12 @@ import math
 
 from fieldsim.portable import portable, real
 from fieldsim.potentials.arc import Arc
+from fieldsim.potentials.arc_jet import arc_jet
 from fieldsim.potentials.cells import register_jet
 from fieldsim.potentials.circle import TAU, Circle
-from fieldsim.potentials.jets import arc_jet, point_jet, segment_jet
 from fieldsim.potentials.kernels import InverseSquare
-from fieldsim.potentials.point import Point
-from fieldsim.potentials.segment import Segment
+from fieldsim.potentials.point import Point, point_jet
+from fieldsim.potentials.segment import Segment, segment_jet
 from fieldsim.potentials.special import sine_powers
 
 COS_30 = math.sqrt(0.75)

@@ -7,28 +7,56 @@ import math
 
 from fieldsim.portable import Table, portable, real
 from fieldsim.potentials.arc import _half_angle
-from fieldsim.potentials.segment import SPLIT
+
+# Half the digits of float64 and of float32.
+SPLIT = 2.0**26
+SPLIT_SINGLE = 2.0**11
+# Closer to the ring than this part of its radius, the offset from it is computed with care.
+CLOSE = 0.125
 
 
 @portable
-def _depth(p: real, q: real, radius: real):
-    """p^2 + q^2 - radius^2 with an error of 2^-79 of its terms instead of 2^-53, so that a wire's vicinity is resolved.
+def _close_to_the_ring(x: real, y: real, z: real, rows: Table, i: int):
+    """rho^2 - radius^2 and the height above the plane, for points close to the ring.
 
-    Each number is split in two halves of its digits, whose products are exact (so that a compiler may fuse them); the
-    leading ones cancel without rounding. In single precision nothing is split.
+    Their error is 2^-76 (float32: 2^-34) of the ring instead of 2^-52, so that the wire's vicinity is resolved whatever
+    the ring's orientation: the offset from the centre carries its rounding error along, and all factors are split in
+    two halves of their digits, whose leading products are exact (a compiler may fuse them) and cancel exactly.
     """
-    grid = real(2.0) * real(SPLIT) * radius
-    if abs(p) + abs(q) > real(2.0) * radius:
-        return p * p + q * q - radius * radius
-    p_high = (p + grid) - grid
-    q_high = (q + grid) - grid
-    r_high = (radius + grid) - grid
-    p_low = p - p_high
-    q_low = q - q_high
-    r_low = radius - r_high
-    lead = (p_high * p_high - r_high * r_high) + q_high * q_high
-    cross = p_high * p_low + q_high * q_low - r_high * r_low
-    return lead + (real(2.0) * cross + (p_low * p_low + q_low * q_low - r_low * r_low))
+    split = real(SPLIT)
+    if real(1.0) + real(1e-10) == real(1.0):
+        split = real(SPLIT_SINGLE)
+    radius = rows[i, 2]
+    grid = real(4.0) * split * radius
+    unit = real(4.0) * split
+    high = (radius + grid) - grid
+    low = radius - high
+    # Sums over the coordinates, by size: of the offset's squares less the radius's, and of the offset times the normal.
+    lead = -high * high
+    cross = -high * low
+    rest = -low * low
+    height = real(0.0)
+    height_rest = real(0.0)
+    for k in range(3):
+        p = x
+        if k == 1:
+            p = y
+        if k == 2:
+            p = z
+        d = p - rows[i, 5 + k]
+        back = d - p
+        error = (p - (d - back)) - (rows[i, 5 + k] + back)
+        high = (d + grid) - grid
+        low = (d - high) + error
+        lead += high * high
+        cross += high * low
+        rest += low * low
+        n_high = (rows[i, 17 + k] + unit) - unit
+        n_low = rows[i, 17 + k] - n_high
+        height += high * n_high
+        height_rest += high * n_low + low * (n_high + n_low)
+    height += height_rest
+    return (lead + (real(2.0) * cross + rest)) - height * height, height
 
 
 @portable
@@ -61,8 +89,11 @@ def arc_jet(x: real, y: real, z: real, rows: Table, i: int):
         cos = p / rho
         sin = q / rho
     radius = rows[i, 2]
-    inner = _depth(p, q, radius) / (rho + radius)
     height = dx * nx + dy * ny + dz * nz
+    inner = rho - radius
+    if abs(inner) < real(CLOSE) * radius and abs(height) < real(CLOSE) * radius:
+        depth, height = _close_to_the_ring(x, y, z, rows, i)
+        inner = depth / (rho + radius)
     f, fa, fb, fn, faa, fbb, fnn, fab, fan, fbn = kernel(  # noqa: F821 - bound by the cells
         rho, inner, height, radius, rows[i, 3], c0, s0, rows[i, 1]
     )

@@ -7,10 +7,8 @@ import math
 
 from fieldsim.portable import Table, portable, real
 from fieldsim.potentials.arc import _half_angle
+from fieldsim.potentials.segment import SPLIT, SPLIT_SINGLE
 
-# Half the digits of float64 and of float32.
-SPLIT = 2.0**26
-SPLIT_SINGLE = 2.0**11
 # Closer to the ring than this part of its radius, the offset from it is computed with care.
 CLOSE = 0.125
 

@@ -27,10 +27,11 @@ from fieldsim.potentials.special import log1p, sine_sixth
 HALF_SQRT_PI = math.sqrt(math.pi) / 2
 # Below this width in units of 1/a a Gaussian segment is integrated by eight Gauss-Legendre nodes, exact to rounding.
 SHORT = 0.5
-# Closer to the line than 1e-3 of the distance along it (squared), the offset across is computed with care.
-CLOSE = 1e-6
-# Half the digits of float64: t + SPLIT rounds t to multiples of 2^-26.
+# Closer to the line than 0.1 of the distance along it (squared), the offset across is computed with care.
+CLOSE = 1e-2
+# Half the digits of float64: t + SPLIT rounds t to multiples of 2^-26; the same of float32.
 SPLIT = 2.0**26
+SPLIT_SINGLE = 2.0**11
 COS_30 = math.sqrt(0.75)
 
 
@@ -238,10 +239,10 @@ def newtonian_segment(lo: real, rho2: real, length: real, softening: real, fold:
 
 @portable
 def _remainder(p: real, near: real, far: real, t_high: real, t_low: real, grid: real):
-    """(p - near) - t (far - near) with an error of 2^-79 of the segment instead of 2^-53, in one coordinate.
+    """(p - near) - t (far - near) with an error of 2^-79 (float32: 2^-35) of the segment, in one coordinate.
 
     Differences carry their rounding errors along; t and the edge are split so that the leading product is exact. (Only
-    sums and exact products are relied on: a compiler may fuse them. In single precision nothing is split.)
+    sums and exact products are relied on: a compiler may fuse them.)
     """
     d = p - near
     back = d - p
@@ -284,8 +285,11 @@ def segment_jet(x: real, y: real, z: real, rows: Table, i: int):
     if rho2 < real(CLOSE) * lo * lo:
         # Close to the line what is left of the offset is mostly rounding; once more, with care.
         t = -lo / length
-        t_high = (t + real(SPLIT)) - real(SPLIT)
-        grid = real(2.0) * real(SPLIT) * length
+        split = real(SPLIT)
+        if real(1.0) + real(1e-10) == real(1.0):
+            split = real(SPLIT_SINGLE)
+        t_high = (t + split) - split
+        grid = real(2.0) * split * length
         wx = _remainder(x, rows[i, near], rows[i, far], t_high, t - t_high, grid)
         wy = _remainder(y, rows[i, near + 1], rows[i, far + 1], t_high, t - t_high, grid)
         wz = _remainder(z, rows[i, near + 2], rows[i, far + 2], t_high, t - t_high, grid)

@@ -95,11 +95,11 @@ def arc_jet(x: real, y: real, z: real, rows: Table, i: int):
     f, fa, fb, fn, faa, fbb, fnn, fab, fan, fbn = kernel(  # noqa: F821 - bound by the cells
         rho, inner, height, radius, rows[i, 3], c0, s0, rows[i, 1]
     )
-    if not math.isfinite(fa + fb + fn):
+    if not abs(fa + fb + fn) < real(math.inf):
         fa = real(0.0)
         fb = real(0.0)
         fn = real(0.0)
-    if not math.isfinite(faa + fbb + fnn + fab + fan + fbn):
+    if not abs(faa + fbb + fnn + fab + fan + fbn) < real(math.inf):
         faa = real(0.0)
         fbb = real(0.0)
         fnn = real(0.0)

@@ -41,3 +41,31 @@ class Newtonian(Kernel):
     """h(r) = 1 / sqrt(r^2 + softening^2): gravity."""
 
     softening: float = 0.0
+
+
+@dataclasses.dataclass(frozen=True)
+class InverseSquare(Kernel):
+    """h(r) = 1 / (r^2 + softening^2) (electrostatics of lines; Wyvill & van Overveld 1996)."""
+
+    softening: float = 0.0
+
+
+@dataclasses.dataclass(frozen=True)
+class Metaball(Kernel):
+    """h(r) = 1 - 3 u^2 for u <= 1/3, 3/2 (1 - u)^2 for u <= 1, then 0, with u = r / radius (Nishimura et al. 1985)."""
+
+    radius: float = 1.0
+
+
+@dataclasses.dataclass(frozen=True)
+class SoftObject(Kernel):
+    """h(r) = 1 - 22/9 u^2 + 17/9 u^4 - 4/9 u^6 for u <= 1, then 0, with u = r / radius (Wyvill et al. 1986)."""
+
+    radius: float = 1.0
+
+
+@dataclasses.dataclass(frozen=True)
+class Quartic(Kernel):
+    """h(r) = (1 - u^2)^2 for u <= 1, then 0, with u = r / radius."""
+
+    radius: float = 1.0

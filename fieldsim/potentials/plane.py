@@ -11,9 +11,10 @@ from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.portable import Table, portable, real
 from fieldsim.potentials.cells import register_jet
-from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Newtonian
+from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Metaball, Newtonian, Quartic, SoftObject
 from fieldsim.potentials.point import EXPONENT_LIMIT
 from fieldsim.potentials.primitive import Primitive
+from fieldsim.potentials.triangle_compact import SOFT_2, SOFT_3, metaball_levels
 
 TWO_PI = 2.0 * math.pi
 
@@ -86,6 +87,29 @@ def newtonian_plane(z: real, softening: real, fold: real):
 
 
 @portable
+def _polynomial_plane(z: real, radius: real, fold: real):
+    """(F, dF/dz, d2F/dz2) of c2 y^2 + c3 y^3, y = 1 - (z / radius)^2, within the radius."""
+    u = z / radius
+    y = max((real(1.0) - u) * (real(1.0) + u), real(0.0))
+    f = real(math.pi) * radius * radius * (real(c2) / real(3.0) + real(c3) * y / real(4.0)) * y * y * y  # noqa: F821 - bound below
+    slope = -real(TWO_PI) * (real(c2) + real(c3) * y) * y * y  # noqa: F821
+    bend = (real(2.0) * real(c2) + real(3.0) * real(c3) * y) * y  # noqa: F821
+    return f, z * slope, slope + real(2.0) * real(TWO_PI) * u * u * bend
+
+
+@portable
+def metaball_plane(z: real, radius: real, fold: real):
+    """(F, dF/dz, d2F/dz2) of the Metaball."""
+    u = abs(z) / radius
+    level, h, slope = metaball_levels(u)
+    return (
+        -real(TWO_PI) * radius * radius * level,
+        -real(TWO_PI) * z * h,
+        -real(TWO_PI) * (h + real(2.0) * u * u * slope),
+    )
+
+
+@portable
 def _element(x: real, y: real, z: real, rows: Table, i: int):
     nx = rows[i, 17]
     ny = rows[i, 18]
@@ -112,4 +136,7 @@ def _element(x: real, y: real, z: real, rows: Table, i: int):
 register_jet(Cauchy, Plane, _element.bind(kernel=cauchy_plane))
 register_jet(Gaussian, Plane, _element.bind(kernel=gaussian_plane))
 register_jet(InverseSquare, Plane, _element.bind(kernel=inverse_square_plane))
+register_jet(Metaball, Plane, _element.bind(kernel=metaball_plane))
 register_jet(Newtonian, Plane, _element.bind(kernel=newtonian_plane))
+register_jet(Quartic, Plane, _element.bind(kernel=_polynomial_plane.bind(c2=1.0, c3=0.0)))
+register_jet(SoftObject, Plane, _element.bind(kernel=_polynomial_plane.bind(c2=SOFT_2, c3=SOFT_3)))

@@ -120,9 +120,9 @@ def far_away(ax: real, ay: real, bx: real, by: real, cx: real, cy: real, z: real
     fxy = real(0.0)
     fxz = real(0.0)
     fyz = real(0.0)
-    ring = int(0)
-    place = int(0)
-    for _ in range(36):  # noqa: F841 - one loop, which Warp does not unroll as it would two of 6
+    ring = int(0)  # noqa: UP018, RUF046 - a variable to Warp, where a bare 0 would be a constant
+    place = int(0)  # noqa: UP018, RUF046
+    for _ in range(36):  # one loop, which Warp does not unroll as it would two of 6
         s, weight = _radius(ring)
         t, share = _abscissa(place)
         place += 1
@@ -220,7 +220,7 @@ def near_by(ax: real, ay: real, bx: real, by: real, cx: real, cy: real, z: real,
 
 @portable
 def triangle_jet(x: real, y: real, z: real, rows: Table, i: int):
-    """Jet of a triangle: `spread(k, size)` is the squared width of the kernel, which helps the far form."""
+    """Jet of a triangle; `is_far(away, size, k)` tells from the squared distance of its middle whether to take `distant`."""
     e1x = rows[i, 14]
     e1y = rows[i, 15]
     e1z = rows[i, 16]
@@ -258,8 +258,7 @@ def triangle_jet(x: real, y: real, z: real, rows: Table, i: int):
     middle_x = real(THIRD) * (ax + bx + cx)
     middle_y = real(THIRD) * (ay + by + cy)
     away = middle_x * middle_x + middle_y * middle_y + height * height
-    far = away + spread(k, size) > real(FAR) * real(FAR) * size * size  # noqa: F821 - bound by the kernel
-    if far:
+    if is_far(away, size, k):  # noqa: F821 - bound by the kernel
         f, f1, f2, f3, f11, f22, f33, f12, f13, f23 = distant(  # noqa: F821
             ax, ay, bx, by, cx, cy, height, rows[i, 3], k, rows[i, 4]
         )

@@ -66,7 +66,7 @@ def newtonian_total(
 
 @portable
 def newtonian_point(r2: real, softening: real, fold: real):
-    """h and its first two derivatives in r^2."""
+    """The kernel h and its first two derivatives in r^2."""
     d2 = r2 + softening * softening
     h = real(1.0) / math.sqrt(d2)
     slope = -real(0.5) * h / d2
@@ -74,9 +74,9 @@ def newtonian_point(r2: real, softening: real, fold: real):
 
 
 @portable
-def newtonian_spread(softening: real, size: real):
-    """Squared width of the kernel."""
-    return softening * softening
+def newtonian_far(away: real, size: real, softening: real):
+    """Whether distance or softening exceeds FAR sizes."""
+    return away + softening * softening > real(FAR) * real(FAR) * size * size
 
 
 # Gaussian: F = exp(-a^2 z^2) / a^2 times sums of Owen's T, F_z = -2 a^2 z F.
@@ -116,17 +116,15 @@ def gaussian_total(
 
 @portable
 def gaussian_point(r2: real, a: real, fold: real):
-    """h and its first two derivatives in r^2."""
+    """The kernel h and its first two derivatives in r^2."""
     h = math.exp(min(fold - a * a * r2, real(EXPONENT_LIMIT)))
     return h, -a * a * h, a * a * a * a * h
 
 
 @portable
-def gaussian_spread(a: real, size: real):
-    """A triangle that is small in units of 1/a sees no more than a polynomial."""
-    if a * size < real(0.25):
-        return real(2.0) * real(FAR) * real(FAR) * size * size
-    return -real(1e30) * size * size
+def gaussian_far(away: real, size: real, a: real):
+    """Whether the triangle is so small in units of 1/a that it sees no more than a polynomial."""
+    return a * size < real(0.25)
 
 
 # Cauchy and inverse square share P = integral of (rho^2 + zeta)^-2 dA over the triangle, zeta = z^2 + 1/s^2 or
@@ -280,7 +278,7 @@ def cauchy_edge(d: real, lo: real, length: real, z: real, s: real, fold: real, o
     zeta = z * z + i2
     g2 = d * d + zeta
     hi = lo + length
-    first, second, third, q_1, q_2, q_3 = strips(d, lo, length, zeta, outside)
+    _first, second, third, q_1, q_2, q_3 = strips(d, lo, length, zeta, outside)
     w_lo = i2 / (g2 + lo * lo)
     w_hi = i2 / (g2 + hi * hi)
     along = -s * s * length * (lo + hi) * w_lo * w_hi * (w_lo + w_hi)
@@ -298,16 +296,16 @@ def cauchy_total(q_1: real, q_2: real, q_3: real, q_4: real, z: real, s: real, f
 
 @portable
 def cauchy_point(r2: real, s: real, fold: real):
-    """h and its first two derivatives in r^2."""
+    """The kernel h and its first two derivatives in r^2."""
     s2 = s * s
     h = real(1.0) / (real(1.0) + s2 * r2)
     return h * h, -real(2.0) * s2 * h * h * h, real(6.0) * s2 * s2 * h * h * h * h
 
 
 @portable
-def cauchy_spread(s: real, size: real):
-    """Squared width of the kernel."""
-    return real(1.0) / (s * s)
+def cauchy_far(away: real, size: real, s: real):
+    """Whether distance or width exceeds FAR sizes."""
+    return away + real(1.0) / (s * s) > real(FAR) * real(FAR) * size * size
 
 
 # Inverse square: half the integral of log(1 + (d^2 + t^2) / w^2) over the angle atan(t / d), Clausen's integrals.
@@ -337,7 +335,7 @@ def inverse_square_edge(d: real, lo: real, length: real, z: real, softening: rea
     zeta = z * z + softening * softening
     g2 = d * d + zeta
     hi = lo + length
-    first, second, third, q_2, q_3, unused = strips(d, lo, length, zeta, outside)
+    first, second, _third, q_2, q_3, _q = strips(d, lo, length, zeta, outside)
     r2_lo = g2 + lo * lo
     along = real(0.0)
     if r2_lo > real(0.0):
@@ -375,22 +373,21 @@ def inverse_square_total(
 
 @portable
 def inverse_square_point(r2: real, softening: real, fold: real):
-    """h and its first two derivatives in r^2."""
+    """The kernel h and its first two derivatives in r^2."""
     h = real(1.0) / (r2 + softening * softening)
     return h, -h * h, real(2.0) * h * h * h
 
 
-def _cell(point, edge, total, spread):
+def cell(point, edge, total, is_far):
+    """The jet of a triangle under a kernel, from the kernel's parts."""
     return triangle_jet.bind(
-        spread=spread, distant=far_away.bind(point=point), close=near_by.bind(edge=edge, total=total)
+        is_far=is_far, distant=far_away.bind(point=point), close=near_by.bind(edge=edge, total=total)
     )
 
 
-register_jet(Cauchy, Triangle, _cell(cauchy_point, cauchy_edge, cauchy_total, cauchy_spread))
-register_jet(Gaussian, Triangle, _cell(gaussian_point, gaussian_edge, gaussian_total, gaussian_spread))
+register_jet(Cauchy, Triangle, cell(cauchy_point, cauchy_edge, cauchy_total, cauchy_far))
+register_jet(Gaussian, Triangle, cell(gaussian_point, gaussian_edge, gaussian_total, gaussian_far))
 register_jet(
-    InverseSquare,
-    Triangle,
-    _cell(inverse_square_point, inverse_square_edge, inverse_square_total, newtonian_spread),
+    InverseSquare, Triangle, cell(inverse_square_point, inverse_square_edge, inverse_square_total, newtonian_far)
 )
-register_jet(Newtonian, Triangle, _cell(newtonian_point, newtonian_edge, newtonian_total, newtonian_spread))
+register_jet(Newtonian, Triangle, cell(newtonian_point, newtonian_edge, newtonian_total, newtonian_far))

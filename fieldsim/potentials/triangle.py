@@ -25,6 +25,13 @@ from fieldsim.potentials.primitive import Primitive
 
 FAR = 8.0
 THIRD = 1 / 3
+# Closer than this many sizes to the plane or a line, and farther than the root of AT_CORNER from a corner, with care.
+CLOSE = 1e-3
+AT_CORNER = 1e-12
+# Adding and taking away 1.5 2^n in float64 rounds to a multiple of 2^(n - 52).
+GRID_8 = 1.5 * 2.0**8
+GRID_28 = 1.5 * 2.0**28
+GRID_32 = 1.5 * 2.0**32
 
 
 @dataclasses.dataclass(frozen=True)
@@ -76,81 +83,8 @@ class Triangle(Primitive):
 
 
 @portable
-def _abscissa(k: int):
-    """Gauss-Legendre node and weight k of 6 on 0..1."""
-    if k == 0:
-        return real(0.03376524289842399), real(0.08566224618958518)
-    if k == 1:
-        return real(0.16939530676686773), real(0.1803807865240693)
-    if k == 2:
-        return real(0.38069040695840156), real(0.23395696728634552)
-    if k == 3:
-        return real(0.6193095930415985), real(0.23395696728634552)
-    if k == 4:
-        return real(0.8306046932331322), real(0.1803807865240693)
-    return real(0.966234757101576), real(0.08566224618958518)
-
-
-@portable
-def _radius(k: int):
-    """Gauss-Jacobi node and weight k of 6 for the weight 2 s on 0..1."""
-    if k == 0:
-        return real(0.07305432868025888), real(0.017476603627219065)
-    if k == 1:
-        return real(0.2307661379699455), real(0.08791033110101795)
-    if k == 2:
-        return real(0.44132848122844986), real(0.19732230178131052)
-    if k == 3:
-        return real(0.6630153097188457), real(0.2815851075763979)
-    if k == 4:
-        return real(0.8519214003315158), real(0.27108499446303724)
-    return real(0.9706835728402151), real(0.14462066145101737)
-
-
-@portable
-def far_away(ax: real, ay: real, bx: real, by: real, cx: real, cy: real, z: real, area: real, k: real, fold: real):
-    """Jet in the triangle's frame by the conical rule of 36 points, degree 11 (Stroud 1971)."""
-    f = real(0.0)
-    fx = real(0.0)
-    fy = real(0.0)
-    level = real(0.0)
-    bend = real(0.0)
-    fxx = real(0.0)
-    fyy = real(0.0)
-    fxy = real(0.0)
-    fxz = real(0.0)
-    fyz = real(0.0)
-    ring = int(0)  # noqa: UP018, RUF046 - a variable to Warp, where a bare 0 would be a constant
-    place = int(0)  # noqa: UP018, RUF046
-    for _ in range(36):  # one loop, which Warp does not unroll as it would two of 6
-        s, weight = _radius(ring)
-        t, share = _abscissa(place)
-        place += 1
-        if place == 6:
-            place = 0
-            ring += 1
-        weight *= share * area
-        dx = -(ax + s * ((bx - ax) + t * (cx - bx)))
-        dy = -(ay + s * ((by - ay) + t * (cy - by)))
-        h, slope, curve = point(dx * dx + dy * dy + z * z, k, fold)  # noqa: F821 - bound by the kernel
-        f += weight * h
-        slope *= real(2.0) * weight
-        curve *= real(4.0) * weight
-        fx += slope * dx
-        fy += slope * dy
-        level += slope
-        bend += curve
-        fxx += curve * dx * dx
-        fyy += curve * dy * dy
-        fxy += curve * dx * dy
-        fxz += curve * dx
-        fyz += curve * dy
-    return f, fx, fy, level * z, fxx + level, fyy + level, bend * z * z + level, fxy, fxz * z, fyz * z
-
-
-@portable
-def _line(px: real, py: real, qx: real, qy: real):
-    """The edge p..q from the origin: distance (positive on the left), place and side of the nearer end, unit direction, length."""
+def _edge_line(px: real, py: real, qx: real, qy: real):
+    """The edge p..q from the origin: its range lo.., outward from the nearer end, that end's side, direction, length."""
     ux = qx - px
     uy = qy - py
     length = math.sqrt(ux * ux + uy * uy)
@@ -159,16 +93,37 @@ def _line(px: real, py: real, qx: real, qy: real):
     lo = px * ux + py * uy
     hi = qx * ux + qy * uy
     if abs(lo) <= abs(hi):
-        return px * uy - py * ux, lo, real(1.0), ux, uy, length
-    return qx * uy - qy * ux, -hi, -real(1.0), ux, uy, length
+        return lo, real(1.0), ux, uy, length
+    return -hi, -real(1.0), ux, uy, length
 
 
 @portable
-def near_by(ax: real, ay: real, bx: real, by: real, cx: real, cy: real, z: real, area: real, k: real, fold: real):
-    """Jet in the triangle's frame from closed forms; the corners as seen from the foot of the perpendicular."""
-    d_ab, lo, side, ux, uy, length = _line(ax, ay, bx, by)
-    d_bc, lo, side, ux, uy, length = _line(bx, by, cx, cy)
-    d_ca, lo, side, ux, uy, length = _line(cx, cy, ax, ay)
+def _distance(px: real, py: real, qx: real, qy: real):
+    """Signed distance of the origin from the line p..q, positive on its left; by the nearer end."""
+    ux = qx - px
+    uy = qy - py
+    length = math.sqrt(ux * ux + uy * uy)
+    if px * px + py * py <= qx * qx + qy * qy:
+        return (px * uy - py * ux) / length
+    return (qx * uy - qy * ux) / length
+
+
+@portable
+def near_by(
+    ax: real,
+    ay: real,
+    bx: real,
+    by: real,
+    cx: real,
+    cy: real,
+    d_ab: real,
+    d_bc: real,
+    d_ca: real,
+    z: real,
+    k: real,
+    fold: real,
+):
+    """Jet in the triangle's frame from closed forms; corners and distances as seen from the foot of the perpendicular."""
     # How far outside the foot lies at least; negative inside.
     outside = -min(d_ab, min(d_bc, d_ca))
     fx = real(0.0)
@@ -186,18 +141,21 @@ def near_by(ax: real, ay: real, bx: real, by: real, cx: real, cy: real, z: real,
     py = ay
     qx = bx
     qy = by
+    d = d_ab
     for j in range(3):
         if j == 1:
             px = bx
             py = by
             qx = cx
             qy = cy
+            d = d_bc
         if j == 2:
             px = cx
             py = cy
             qx = ax
             qy = ay
-        d, lo, side, ux, uy, length = _line(px, py, qx, qy)
+            d = d_ca
+        lo, side, ux, uy, length = _edge_line(px, py, qx, qy)
         s, along, across, q_1, q_2, q_3, q_4 = edge(d, lo, length, z, k, fold, outside)  # noqa: F821 - bound by the kernel
         # Outward normal (uy, -ux); moving along u lowers lo, moving along the normal lowers d.
         along *= -side
@@ -219,6 +177,43 @@ def near_by(ax: real, ay: real, bx: real, by: real, cx: real, cy: real, z: real,
 
 
 @portable
+def _apart(x: real, y: real, z: real, rows: Table, i: int, column: int):
+    """Squared distance of the corner at `column`."""
+    dx = rows[i, column] - x
+    dy = rows[i, column + 1] - y
+    dz = rows[i, column + 2] - z
+    return dx * dx + dy * dy + dz * dz
+
+
+@portable
+def _remainder(p: real, base: real, left: real, right: real, s: real, t: real, size: real):
+    """(p - base) - s (left - base) - t (right - base) in one coordinate, with an error of 2^-73 sizes instead of 2^-53.
+
+    Differences carry their rounding errors along; s, t, the edges and the offset are split so that the leading products
+    and their sum are exact, whether or not a compiler fuses them. (In single precision nothing is gained or lost.)
+    """
+    d = p - base
+    back = d - p
+    d_error = (p - (d - back)) - (base + back)
+    e = left - base
+    back = e - left
+    e_error = (left - (e - back)) - (base + back)
+    g = right - base
+    back = g - right
+    g_error = (right - (g - back)) - (base + back)
+    d_grid = real(GRID_8) * size
+    e_grid = real(GRID_28) * size
+    d_high = (d + d_grid) - d_grid
+    e_high = (e + e_grid) - e_grid
+    g_high = (g + e_grid) - e_grid
+    s_high = (s + real(GRID_32)) - real(GRID_32)
+    t_high = (t + real(GRID_32)) - real(GRID_32)
+    lead = (d_high - s_high * e_high) - t_high * g_high
+    rest = (d - d_high) - s_high * (e - e_high) - (s - s_high) * e - t_high * (g - g_high) - (t - t_high) * g
+    return lead + (rest + (d_error - s * e_error - t * g_error))
+
+
+@portable
 def triangle_jet(x: real, y: real, z: real, rows: Table, i: int):
     """Jet of a triangle; `is_far(away, size, k)` tells from the squared distance of its middle whether to take `distant`."""
     e1x = rows[i, 14]
@@ -230,41 +225,72 @@ def triangle_jet(x: real, y: real, z: real, rows: Table, i: int):
     e2x = ny * e1z - nz * e1y
     e2y = nz * e1x - nx * e1z
     e2z = nx * e1y - ny * e1x
-    # Corners as seen from the point; every one from itself, so that its vicinity keeps its digits.
-    dx = rows[i, 5] - x
-    dy = rows[i, 6] - y
-    dz = rows[i, 7] - z
+    # Corners as seen from the point, the nearest first: in its vicinity offsets from it keep their digits.
+    base = 5
+    left = 8
+    right = 11
+    a2 = _apart(x, y, z, rows, i, 5)
+    b2 = _apart(x, y, z, rows, i, 8)
+    c2 = _apart(x, y, z, rows, i, 11)
+    if b2 < a2 and b2 <= c2:
+        base = 8
+        left = 11
+        right = 5
+    elif c2 < a2:
+        base = 11
+        left = 5
+        right = 8
+    dx = rows[i, base] - x
+    dy = rows[i, base + 1] - y
+    dz = rows[i, base + 2] - z
     ax = dx * e1x + dy * e1y + dz * e1z
     ay = dx * e2x + dy * e2y + dz * e2z
     height = -(dx * nx + dy * ny + dz * nz)
     nearest = dx * dx + dy * dy + dz * dz
-    dx = rows[i, 8] - x
-    dy = rows[i, 9] - y
-    dz = rows[i, 10] - z
+    dx = rows[i, left] - x
+    dy = rows[i, left + 1] - y
+    dz = rows[i, left + 2] - z
     bx = dx * e1x + dy * e1y + dz * e1z
     by = dx * e2x + dy * e2y + dz * e2z
-    if dx * dx + dy * dy + dz * dz < nearest:
-        height = -(dx * nx + dy * ny + dz * nz)
-        nearest = dx * dx + dy * dy + dz * dz
-    dx = rows[i, 11] - x
-    dy = rows[i, 12] - y
-    dz = rows[i, 13] - z
+    dx = rows[i, right] - x
+    dy = rows[i, right + 1] - y
+    dz = rows[i, right + 2] - z
     cx = dx * e1x + dy * e1y + dz * e1z
     cy = dx * e2x + dy * e2y + dz * e2z
-    if dx * dx + dy * dy + dz * dz < nearest:
-        height = -(dx * nx + dy * ny + dz * nz)
     size = rows[i, 2]
     k = rows[i, 1]
+    fold = rows[i, 4]
     middle_x = real(THIRD) * (ax + bx + cx)
     middle_y = real(THIRD) * (ay + by + cy)
     away = middle_x * middle_x + middle_y * middle_y + height * height
     if is_far(away, size, k):  # noqa: F821 - bound by the kernel
         f, f1, f2, f3, f11, f22, f33, f12, f13, f23 = distant(  # noqa: F821
-            ax, ay, bx, by, cx, cy, height, rows[i, 3], k, rows[i, 4]
+            ax, ay, bx, by, cx, cy, height, rows[i, 3], k, fold
         )
     else:
-        f, f1, f2, f3, f11, f22, f33, f12, f13, f23 = close(  # noqa: F821
-            ax, ay, bx, by, cx, cy, height, rows[i, 3], k, rows[i, 4]
+        d_ab = _distance(ax, ay, bx, by)
+        d_bc = _distance(bx, by, cx, cy)
+        d_ca = _distance(cx, cy, ax, ay)
+        close = min(abs(height), min(abs(d_ab), min(abs(d_bc), abs(d_ca))))
+        if close < real(CLOSE) * size and nearest > real(AT_CORNER) * size * size:
+            # Close to the plane or a line what is left of the offsets is mostly rounding; once more, with care.
+            twice = real(2.0) * rows[i, 3]
+            s = (ay * (cx - ax) - ax * (cy - ay)) / twice
+            t = (ax * (by - ay) - ay * (bx - ax)) / twice
+            dx = _remainder(x, rows[i, base], rows[i, left], rows[i, right], s, t, size)
+            dy = _remainder(y, rows[i, base + 1], rows[i, left + 1], rows[i, right + 1], s, t, size)
+            dz = _remainder(z, rows[i, base + 2], rows[i, left + 2], rows[i, right + 2], s, t, size)
+            height = dx * nx + dy * ny + dz * nz
+            d1 = dx * e1x + dy * e1y + dz * e1z
+            d2 = dx * e2x + dy * e2y + dz * e2z
+            more_s = (d1 * (cy - ay) - d2 * (cx - ax)) / twice
+            more_t = (d2 * (bx - ax) - d1 * (by - ay)) / twice
+            d_ab = (t + more_t) * twice / math.sqrt((bx - ax) * (bx - ax) + (by - ay) * (by - ay))
+            d_ca = (s + more_s) * twice / math.sqrt((cx - ax) * (cx - ax) + (cy - ay) * (cy - ay))
+            rest = ((real(1.0) - max(s, t)) - min(s, t)) - (more_s + more_t)
+            d_bc = rest * twice / math.sqrt((cx - bx) * (cx - bx) + (cy - by) * (cy - by))
+        f, f1, f2, f3, f11, f22, f33, f12, f13, f23 = closed_form(  # noqa: F821
+            ax, ay, bx, by, cx, cy, d_ab, d_bc, d_ca, height, k, fold
         )
     w = rows[i, 0]
     # Hessian times each axis, then those times each axis again.

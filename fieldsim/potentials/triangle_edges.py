@@ -11,12 +11,13 @@ import math
 from fieldsim.portable import portable, real
 from fieldsim.potentials.cells import register_jet
 from fieldsim.potentials.clausen import clausen
+from fieldsim.potentials.cubature import far_away
 from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Newtonian
 from fieldsim.potentials.owen import line_of_sight, wedge
 from fieldsim.potentials.point import EXPONENT_LIMIT
 from fieldsim.potentials.segment import gaussian_segment, newtonian_segment
 from fieldsim.potentials.special import sine_powers
-from fieldsim.potentials.triangle import FAR, Triangle, far_away, near_by, triangle_jet
+from fieldsim.potentials.triangle import FAR, Triangle, near_by, triangle_jet
 
 COS_30 = math.sqrt(0.75)
 
@@ -381,7 +382,7 @@ def inverse_square_point(r2: real, softening: real, fold: real):
 def cell(point, edge, total, is_far):
     """The jet of a triangle under a kernel, from the kernel's parts."""
     return triangle_jet.bind(
-        is_far=is_far, distant=far_away.bind(point=point), close=near_by.bind(edge=edge, total=total)
+        is_far=is_far, distant=far_away.bind(point=point), closed_form=near_by.bind(edge=edge, total=total)
     )
 
 

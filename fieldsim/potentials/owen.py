@@ -1,9 +1,9 @@
 """Owen's T function, portable, in the scaled forms that Gaussians over triangles need.
 
-T(h, a) = 1/(2 pi) integral from 0 to a of exp(-h^2 (1 + x^2) / 2) / (1 + x^2) dx. With X = h / sqrt(2) and Y = a X it is
-exp(-X^2) / (2 pi) times G(X, Y), the integral from 0 to Y of exp(-t^2) X / (X^2 + t^2) dt: a Gaussian seen from a line at
-distance X. Swapping X and Y (Owen 1956) keeps the peak X / (X^2 + t^2) wider than the range, and 24 Gauss-Legendre nodes
-then suffice everywhere.
+T(h, a) = 1/(2 pi) integral from 0 to a of exp(-h^2 (1 + x^2) / 2) / (1 + x^2) dx. With X = h / sqrt(2) and Y = a X it
+is exp(-X^2) / (2 pi) times G(X, Y), the integral from 0 to Y of exp(-t^2) X / (X^2 + t^2) dt: a Gaussian seen from a
+line at distance X. Swapping X and Y (Owen 1956) keeps the peak X / (X^2 + t^2) wider than the range, and 24
+Gauss-Legendre nodes then suffice everywhere.
 """
 
 import math
@@ -59,8 +59,8 @@ def peaked(x: real, start: real, width: real):
 def wedge(x: real, y: real):
     """Integral from 0 to y of (1 - exp(-x^2 - t^2)) x / (x^2 + t^2) dt for x, y >= 0. Absolute error < 5e-16.
 
-    It is atan(y / x) - 2 pi T(sqrt(2) x, y / x): half the integral of exp(-r^2) over the triangle (0, 0), (x, 0), (x, y)
-    doubled, and vanishes with x and y; wedge(x, y) + wedge(y, x) = pi / 2 erf(x) erf(y).
+    It is atan(y / x) - 2 pi T(sqrt(2) x, y / x), twice the integral of exp(-r^2) over the triangle (0, 0), (x, 0),
+    (x, y), and vanishes with x and y; wedge(x, y) + wedge(y, x) = pi / 2 erf(x) erf(y).
     """
     long = max(x, y)
     short = min(x, y)

@@ -1,7 +1,8 @@
 """Infinite planes: F is a function of the height z alone.
 
-F(z) = 2 pi integral from |z| of r h(r) dr, which diverges for the inverse powers while its derivative does not; these are
-given relative to a gauge: F = 0 at z = 0 for the Newtonian kernel, F = -pi log(z^2 + softening^2) for the inverse square.
+F(z) = 2 pi integral from |z| of r h(r) dr, which diverges for the inverse powers while its derivative does not; these
+are given relative to a gauge: F = 0 at z = 0 for the Newtonian kernel, F = -pi log(z^2 + softening^2) for the inverse
+square.
 """
 
 import dataclasses
@@ -63,7 +64,7 @@ def gaussian_plane(z: real, a: real, fold: real):
 
 @portable
 def inverse_square_plane(z: real, softening: real, fold: real):
-    """(F, dF/dz, d2F/dz2) of 1/(r^2 + softening^2). On an unsoftened plane: inf, and slopes 0 (those of both sides cancel)."""
+    """(F, dF/dz, d2F/dz2) of 1/(r^2 + softening^2). On an unsoftened plane: inf, slopes 0."""
     w = math.sqrt(z * z + softening * softening)
     if w == real(0.0):
         return real(math.inf), real(0.0), real(0.0)

@@ -4,13 +4,13 @@ With the foot of the perpendicular from the query point as origin and H' = r h(r
 
     F = sum over edges of the integral of (H(sqrt(d^2 + t^2 + z^2)) - H(|z|)) d / (d^2 + t^2) dt,
 
-d the signed distance to the edge's line (positive inside) and t the position along it. The in-plane gradient is exactly
--sum (outward normal of the edge) * (field of the edge as a segment under the same kernel), which gives all of the Hessian
-but zz. What a kernel adds are, per edge, the segment's field with its two slopes and up to four sums, and, once, the
-value and the first two derivatives in z made of those sums: see `triangle_edges`.
+d the signed distance to the edge's line (positive inside) and t the position along it. The in-plane gradient is
+exactly -sum (outward normal of the edge) * (field of the edge as a segment under the same kernel), which gives all of
+the Hessian but zz. What a kernel adds are, per edge, the segment's field with its two slopes and up to four sums, and,
+once, the value and the first two derivatives in z made of those sums: see `triangle_edges`.
 
-Terms of size R / size cancel when R, the distance, grows; beyond FAR sizes (or for a kernel wider than that) 36 points of a
-conical Gauss rule are exact to rounding.
+Terms of size R / size cancel when R, the distance, grows; beyond FAR sizes (or for a kernel wider than that) 36 points
+of a conical Gauss rule are exact to rounding.
 """
 
 import dataclasses
@@ -23,7 +23,7 @@ from fieldsim.errors import InputError
 from fieldsim.portable import Table, portable, real
 from fieldsim.potentials.primitive import Primitive
 
-FAR = 8.0
+FAR = 6.0
 THIRD = 1 / 3
 # Closer than this many sizes to the plane or a line, and farther than the root of AT_CORNER from a corner, with care.
 CLOSE = 1e-3
@@ -65,7 +65,7 @@ class Triangle(Primitive):
         return 0.5 * float(np.linalg.norm(np.cross(b - a, c - a)))
 
     def pack(self, row):
-        """Write size (the longest edge), area, corners, the direction from a to b and the normal into an element row."""
+        """Write size (the longest edge), area, corners, direction from a to b and normal into an element row."""
         a, b, c = np.array([self.a, self.b, self.c])
         row[2] = max(np.linalg.norm(b - a), np.linalg.norm(c - b), np.linalg.norm(a - c))
         row[3] = self.measure
@@ -84,7 +84,7 @@ class Triangle(Primitive):
 
 @portable
 def _edge_line(px: real, py: real, qx: real, qy: real):
-    """The edge p..q from the origin: its range lo.., outward from the nearer end, that end's side, direction, length."""
+    """The edge p..q from the origin: place (outward) and side of the nearer end, direction, length."""
     ux = qx - px
     uy = qy - py
     length = math.sqrt(ux * ux + uy * uy)
@@ -123,7 +123,7 @@ def near_by(
     k: real,
     fold: real,
 ):
-    """Jet in the triangle's frame from closed forms; corners and distances as seen from the foot of the perpendicular."""
+    """Jet in the triangle's frame from closed forms; corners and distances as seen from the perpendicular's foot."""
     # How far outside the foot lies at least; negative inside.
     outside = -min(d_ab, min(d_bc, d_ca))
     fx = real(0.0)
@@ -215,7 +215,11 @@ def _remainder(p: real, base: real, left: real, right: real, s: real, t: real, s
 
 @portable
 def triangle_jet(x: real, y: real, z: real, rows: Table, i: int):
-    """Jet of a triangle; `is_far(away, size, k)` tells from the squared distance of its middle whether to take `distant`."""
+    """Jet of a triangle.
+
+    From the squared distance of its middle, `is_gone(away, size, k)` tells whether the kernel vanishes all over it, and
+    `is_far` whether to take `distant`.
+    """
     e1x = rows[i, 14]
     e1y = rows[i, 15]
     e1z = rows[i, 16]
@@ -263,6 +267,9 @@ def triangle_jet(x: real, y: real, z: real, rows: Table, i: int):
     middle_x = real(THIRD) * (ax + bx + cx)
     middle_y = real(THIRD) * (ay + by + cy)
     away = middle_x * middle_x + middle_y * middle_y + height * height
+    if is_gone(away, size, k):  # noqa: F821 - bound by the kernel
+        nil = real(0.0)
+        return nil, nil, nil, nil, nil, nil, nil, nil, nil, nil
     if is_far(away, size, k):  # noqa: F821 - bound by the kernel
         f, f1, f2, f3, f11, f22, f33, f12, f13, f23 = distant(  # noqa: F821
             ax, ay, bx, by, cx, cy, height, rows[i, 3], k, fold

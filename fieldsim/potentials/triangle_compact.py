@@ -1,7 +1,7 @@
-"""Triangles under kernels of compact support: the support cuts a disc out of the triangle's plane, and a chord out of each edge.
+"""Triangles under kernels of compact support: the support cuts a disc out of the plane, and a chord out of each edge.
 
-Outside the chord H - H(|z|) is a constant times an angle; inside it is a polynomial in t, for the Metaball's outer piece
-with roots r = sqrt(g^2 + t^2), g^2 = d^2 + z^2. Interfaces as in `triangle_edges`.
+Outside the chord H - H(|z|) is a constant times an angle; inside it is a polynomial in t, for the Metaball's outer
+piece with roots r = sqrt(g^2 + t^2), g^2 = d^2 + z^2. Interfaces as in `triangle_edges`.
 """
 
 import math
@@ -129,6 +129,12 @@ def polynomial_far(away: real, size: real, radius: real):
     return math.sqrt(away) + size < radius and radius > real(4.0) * size
 
 
+@portable
+def compact_gone(away: real, size: real, radius: real):
+    """Whether all of the triangle lies beyond the support."""
+    return math.sqrt(away) > radius + size
+
+
 # Metaball: u = r / R; h = 1 - 3 u^2 within u = 1/3, 3/2 (1 - u)^2 from there to u = 1.
 
 
@@ -148,8 +154,10 @@ def metaball_levels(u: real):
 
 @portable
 def _shell(d: real, start: real, end: real, z: real):
-    """Of start..end on an edge, in units of R: integrals over t of h and R^2 dh/d(r^2), and over the angle of H / R^2, h and
-    u0^2 R^2 dh/d(r^2), by the outer piece of the Metaball."""
+    """The outer piece of the Metaball over start..end on an edge, in units of R.
+
+    Integrals over t of h and R^2 dh/d(r^2), and over the angle of H / R^2, h and u0^2 R^2 dh/d(r^2).
+    """
     length = end - start
     if length <= real(0.0):
         return real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
@@ -248,9 +256,10 @@ def _polynomial(c2, c3):
         polynomial_edge.bind(c2=c2, c3=c3, _node=_node.bind(c2=c2, c3=c3)),
         polynomial_total.bind(c2=c2, c3=c3),
         polynomial_far,
+        compact_gone,
     )
 
 
-register_jet(Metaball, Triangle, cell(metaball_point, metaball_edge, metaball_total, metaball_far))
+register_jet(Metaball, Triangle, cell(metaball_point, metaball_edge, metaball_total, metaball_far, compact_gone))
 register_jet(Quartic, Triangle, _polynomial(1.0, 0.0))
 register_jet(SoftObject, Triangle, _polynomial(SOFT_2, SOFT_3))

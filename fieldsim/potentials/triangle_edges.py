@@ -1,26 +1,21 @@
 """What each kernel adds to a triangle, edge by edge.
 
-`edge(d, lo, length, z, k, fold, outside)` takes the signed distance d of the foot of the perpendicular to the edge's line
-(positive inside), the edge's range lo..lo + length along it, counted outward from its nearer end, the height z, and how far
-outside the triangle the foot lies at least (negative inside). It returns the segment's (F, F_lo, F_(rho^2)) and four terms
-to be summed over the edges; `total` makes (F, F_z, F_zz) of the sums and the trace of the in-plane Hessian.
+`edge(d, lo, length, z, k, fold, outside)` takes the signed distance d of the foot of the perpendicular to the edge's
+line (positive inside), the edge's range lo..lo + length along it, counted outward from its nearer end, the height z,
+and how far outside the triangle the foot lies at least (negative inside). It returns the segment's (F, F_lo,
+F_(rho^2)) and four terms to be summed over the edges; `total` makes (F, F_z, F_zz) of the sums and the trace of the in-plane Hessian.
 """
 
 import math
 
 from fieldsim.portable import portable, real
 from fieldsim.potentials.cells import register_jet
-from fieldsim.potentials.clausen import clausen
 from fieldsim.potentials.cubature import far_away
-from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Newtonian
+from fieldsim.potentials.kernels import Gaussian, Newtonian
 from fieldsim.potentials.owen import line_of_sight, wedge
 from fieldsim.potentials.point import EXPONENT_LIMIT
 from fieldsim.potentials.segment import gaussian_segment, newtonian_segment
-from fieldsim.potentials.special import sine_powers
 from fieldsim.potentials.triangle import FAR, Triangle, near_by, triangle_jet
-
-COS_30 = math.sqrt(0.75)
-
 
 # Newtonian: F = sum d S - w Omega, w^2 = z^2 + softening^2, Omega the solid angle at height w.
 
@@ -43,13 +38,34 @@ def view(d: real, lo: real, hi: real, w: real):
 
 
 @portable
+def blind(d: real, lo: real, hi: real, w: real):
+    """The rest of the edge's angle, angle - `view`: atan(t w / (d r)) at the end less that at the start; d != 0."""
+    g2 = d * d + w * w
+    r_lo = math.sqrt(lo * lo + g2)
+    r_hi = math.sqrt(hi * hi + g2)
+    swing = hi * r_lo - lo * r_hi
+    if lo > real(0.0):
+        swing = g2 * ((hi - lo) / (hi * r_lo + lo * r_hi)) * (hi + lo)
+    return math.atan2(w * d * swing, d * d * r_lo * r_hi + w * w * lo * hi)
+
+
+@portable
 def newtonian_edge(d: real, lo: real, length: real, z: real, softening: real, fold: real, outside: real):
-    """Of an edge that an unsoftened query point lies on, the infinite part of the slope is left out."""
+    """Of an edge that an unsoftened query point lies on, the infinite part of the slope is left out.
+
+    Outside the triangle the angles sum up to nothing; what remains then vanishes with w, without cancelling.
+    """
     s, along, across = newtonian_segment(lo, d * d + z * z, length, softening, fold)
     if s == real(math.inf):
         s = real(0.0)
     w = math.sqrt(z * z + softening * softening)
-    return s, along, across, d * s, view(d, lo, lo + length, w), real(0.0), real(0.0)
+    solid = real(0.0)
+    if outside > w:
+        if d != real(0.0):
+            solid = -blind(d, lo, lo + length, w)
+    else:
+        solid = view(d, lo, lo + length, w)
+    return s, along, across, d * s, solid, real(0.0), real(0.0)
 
 
 @portable
@@ -128,267 +144,27 @@ def gaussian_far(away: real, size: real, a: real):
     return a * size < real(0.25)
 
 
-# Cauchy and inverse square share P = integral of (rho^2 + zeta)^-2 dA over the triangle, zeta = z^2 + 1/s^2 or
-# z^2 + softening^2: Cauchy is F = P / s^4, and the inverse square has F_zeta = -P.
+@portable
+def nowhere(away: real, size: real, k: real):
+    """A kernel that never vanishes."""
+    return False
 
 
 @portable
-def lorentzians(g2: real, lo: real, length: real):
-    """Integrals of (g^2 + t^2)^-n, n = 1, 2, 3, over t = lo..lo + length. Relative error < 1e-13; 0 where they diverge.
-
-    With t = g tan(phi), as in `cauchy_segment`, every power of g divided out while the angle is small.
-    """
-    hi = lo + length
-    root = real(1.0) / (math.sqrt(g2 + lo * lo) * math.sqrt(g2 + hi * hi))
-    g = math.sqrt(g2)
-    cos = (g2 + lo * hi) * root
-    turn = length * root  # sin(angle) / g
-    if cos <= real(0.0) and g == real(0.0):
-        return real(0.0), real(0.0), real(0.0)
-    sin = g * turn
-    angle = math.atan2(sin, cos)
-    if cos < real(COS_30):
-        square, fourth = sine_powers(sin, cos, angle)
-        square /= g * g2
-        fourth /= g * g2 * g2
-        first = angle / g
-    else:
-        square, fourth = _small_powers(turn, sin, cos)
-        first = turn
-        if sin > real(0.0):
-            first = turn * (angle / sin)
-    second = root * turn + square
-    return first, second, root * turn * (root * cos + turn * turn) + fourth
+def gaussian_gone(away: real, size: real, a: real):
+    """Whether the Gaussian underflows all over the triangle, even one folded by 256."""
+    return a * (math.sqrt(away) - size) > real(34.0)
 
 
-@portable
-def _small_powers(turn: real, sin: real, cos: real):
-    """Integrals of sin^2 / g^3 and sin^4 / g^5 from 0 to an angle below 30 degrees, turn = sin / g; see `sine_powers`."""
-    t = turn / (real(1.0) + cos)
-    u = sin / (real(1.0) + cos)
-    u *= u
-    p = real(789.5640093228268)
-    p = p * u - real(918.4891935592188)
-    p = p * u + real(747.2761859335488)
-    p = p * u - real(555.3818682741709)
-    p = p * u + real(395.27874539897095)
-    p = p * u - real(268.7996256628945)
-    p = p * u + real(172.30768660581057)
-    p = p * u - real(101.81818176740428)
-    p = p * u + real(53.33333333310107)
-    p = p * u - real(22.857142857142442)
-    p = p * u + real(6.3999999999999995)
-    t3 = t * t * t
-    return (real(4.0) * p * u * t3 + turn * turn * turn * cos) / real(3.0), p * t * t * t3
-
-
-@portable
-def _atan_rest(x: real):
-    """atan(x) - x for |x| <= 1/4, to relative rounding."""
-    u = x * x
-    p = real(1.0) / real(25.0)
-    p = real(1.0) / real(23.0) - p * u
-    p = real(1.0) / real(21.0) - p * u
-    p = real(1.0) / real(19.0) - p * u
-    p = real(1.0) / real(17.0) - p * u
-    p = real(1.0) / real(15.0) - p * u
-    p = real(1.0) / real(13.0) - p * u
-    p = real(1.0) / real(11.0) - p * u
-    p = real(1.0) / real(9.0) - p * u
-    p = real(1.0) / real(7.0) - p * u
-    p = real(1.0) / real(5.0) - p * u
-    p = real(1.0) / real(3.0) - p * u
-    return -x * u * p
-
-
-@portable
-def _mean_node(x: real):
-    return x * x / (real(1.0) + x * x)
-
-
-@portable
-def far_strip(d: real, lo: real, length: real, zeta: real):
-    """U = integral of d / ((d^2 + t^2) (g^2 + t^2)) over t = lo..lo + length, g^2 = d^2 + zeta, for d > 0.
-
-    It is (A - (d / g) B) / zeta with the angles A and B of slopes t / d and t / g, which meet as zeta -> 0; the common
-    part is taken out, in one of two ways: by one arctangent of the difference, or, where both angles are small, by their
-    tangents and what is left.
-    """
-    hi = lo + length
-    g2 = d * d + zeta
-    g = math.sqrt(g2)
-    base_d = d * d + lo * hi
-    base_g = g2 + lo * hi
-    lean = d * g - lo * hi
-    if g * length < real(0.25) * base_d:
-        alpha = d * length / base_d
-        beta = g * length / base_g
-        mean = real(0.0)
-        gap = beta - alpha
-        mean += real(0.08566224618958518) * _mean_node(alpha + real(0.03376524289842399) * gap)
-        mean += real(0.1803807865240693) * _mean_node(alpha + real(0.16939530676686773) * gap)
-        mean += real(0.23395696728634552) * _mean_node(alpha + real(0.38069040695840156) * gap)
-        mean += real(0.23395696728634552) * _mean_node(alpha + real(0.6193095930415985) * gap)
-        mean += real(0.1803807865240693) * _mean_node(alpha + real(0.8306046932331322) * gap)
-        mean += real(0.08566224618958518) * _mean_node(alpha + real(0.966234757101576) * gap)
-        both = length / base_d / base_g
-        return d * both - d / g * mean * lean * both / (g + d) + _atan_rest(alpha) / (g * (g + d))
-    across = length * lean / (g + d)
-    down = base_d * base_g + d * g * length * length
-    turn = real(0.0)
-    if zeta > real(0.0):
-        turn = math.atan2(across * zeta, down) / zeta
-    else:
-        turn = across / down
-    return math.atan2(d * length, base_d) / (g * (g + d)) + d / g * turn
-
-
-@portable
-def strips(d: real, lo: real, length: real, zeta: real, outside: real):
-    """The segment's integrals of (g^2 + t^2)^-1, -2, -3, and an edge's parts of P, zeta P_zeta and zeta^2 P_zeta,zeta.
-
-    Inside the triangle and near it the parts are d / (2 zeta) times the first integral, and what follows; outside,
-    these sum up to nothing as zeta -> 0, and what is left is summed instead.
-    """
-    first, second, third = lorentzians(d * d + zeta, lo, length)
-    if outside > real(0.0) and outside * outside > zeta:
-        part = real(0.0)
-        if d != real(0.0):
-            part = far_strip(abs(d), lo, length, zeta)
-        if d < real(0.0):
-            part = -part
-        rest = part - d * second
-        return first, second, third, -real(0.5) * part, real(0.5) * rest, zeta * d * third - rest
-    if zeta == real(0.0):
-        return first, second, third, real(0.0), real(0.0), real(0.0)
-    part = d * first / zeta
-    return (
-        first,
-        second,
-        third,
-        real(0.5) * part,
-        -real(0.5) * (d * second + part),
-        zeta * d * third + d * second + part,
-    )
-
-
-@portable
-def cauchy_edge(d: real, lo: real, length: real, z: real, s: real, fold: real, outside: real):
-    """Everything in units of P; `cauchy_total` finds no s^-4 missing because slopes are scaled here."""
-    i2 = real(1.0) / (s * s)
-    zeta = z * z + i2
-    g2 = d * d + zeta
-    hi = lo + length
-    _first, second, third, q_1, q_2, q_3 = strips(d, lo, length, zeta, outside)
-    w_lo = i2 / (g2 + lo * lo)
-    w_hi = i2 / (g2 + hi * hi)
-    along = -s * s * length * (lo + hi) * w_lo * w_hi * (w_lo + w_hi)
-    i4 = i2 * i2
-    return i4 * second, along, -real(2.0) * i4 * third, i4 * q_1, i4 * q_2, i4 * q_3, real(0.0)
-
-
-@portable
-def cauchy_total(q_1: real, q_2: real, q_3: real, q_4: real, z: real, s: real, fold: real, outside: real, trace: real):
-    """(F, F_z, F_zz)."""
-    zeta = z * z + real(1.0) / (s * s)
-    slope = real(2.0) * q_2 / zeta
-    return q_1, z * slope, slope + real(4.0) * (z * z / zeta) * (q_3 / zeta)
-
-
-@portable
-def cauchy_point(r2: real, s: real, fold: real):
-    """The kernel h and its first two derivatives in r^2."""
-    s2 = s * s
-    h = real(1.0) / (real(1.0) + s2 * r2)
-    return h * h, -real(2.0) * s2 * h * h * h, real(6.0) * s2 * s2 * h * h * h * h
-
-
-@portable
-def cauchy_far(away: real, size: real, s: real):
-    """Whether distance or width exceeds FAR sizes."""
-    return away + real(1.0) / (s * s) > real(FAR) * real(FAR) * size * size
-
-
-# Inverse square: half the integral of log(1 + (d^2 + t^2) / w^2) over the angle atan(t / d), Clausen's integrals.
-
-
-@portable
-def _sector(t: real, d: real, g: real, zeta: real, log_wide: real, log_near: real):
-    """Half the integral from 0 to theta = atan(t / d) of log((g^2 + d^2 tan^2) / scale^2), d > 0.
-
-    Lambda(theta) = theta log(1 + k) + (theta - eta) / 2 log q - Cl2(2 theta) / 2 + (Cl2(2 (theta - eta)) +
-    Cl2(2 (theta + eta))) / 4 is that for scale = g: k = d / g, q = (1 - k) / (1 + k), eta = atan(t / g); from Lewin's
-    (1981, 5.5) Im Li2. log_wide: log((g + d) / scale); log_near: log(zeta / (g + d)^2) = log q.
-    """
-    theta = math.atan2(t, d)
-    eta = math.atan2(t, g)
-    split = math.atan2(t * (zeta / (g + d)), d * g + t * t)
-    value = theta * log_wide - real(0.5) * clausen(real(2.0) * theta)
-    value += real(0.25) * clausen(real(2.0) * (theta + eta))
-    if split != real(0.0):
-        value += real(0.5) * split * log_near + real(0.25) * clausen(real(2.0) * split)
-    return value
-
-
-@portable
-def inverse_square_edge(d: real, lo: real, length: real, z: real, softening: real, fold: real, outside: real):
-    """Of an edge that an unsoftened query point lies on, the infinite part of the slope is left out."""
-    zeta = z * z + softening * softening
-    g2 = d * d + zeta
-    hi = lo + length
-    first, second, _third, q_2, q_3, _q = strips(d, lo, length, zeta, outside)
-    r2_lo = g2 + lo * lo
-    along = real(0.0)
-    if r2_lo > real(0.0):
-        along = -(length / r2_lo) * ((lo + hi) / (g2 + hi * hi))
-    scale = math.sqrt(zeta)
-    if outside > scale:
-        scale = outside
-    value = real(0.0)
-    if d != real(0.0) and scale > real(0.0):
-        x = abs(d)
-        g = math.sqrt(g2)
-        log_wide = math.log((g + x) / scale)
-        log_near = real(0.0)
-        if zeta > real(0.0):
-            log_near = math.log(zeta) - real(2.0) * math.log(g + x)
-        value = _sector(hi, x, g, zeta, log_wide, log_near) - _sector(lo, x, g, zeta, log_wide, log_near)
-        if d < real(0.0):
-            value = -value
-    return first, along, -second, value, q_2, q_3, real(0.0)
-
-
-@portable
-def inverse_square_total(
-    q_1: real, q_2: real, q_3: real, q_4: real, z: real, softening: real, fold: real, outside: real, trace: real
-):
-    """On the unsoftened sheet F is inf, and F_z the mean of its two sides, 0."""
-    w = math.sqrt(z * z + softening * softening)
-    if w == real(0.0) and outside <= real(0.0):
-        return real(math.inf), real(0.0), real(0.0)
-    up = real(0.0)
-    if w > real(0.0):
-        up = z / w
-    return q_1, -real(2.0) * z * q_2, -real(2.0) * q_2 - real(4.0) * up * up * q_3
-
-
-@portable
-def inverse_square_point(r2: real, softening: real, fold: real):
-    """The kernel h and its first two derivatives in r^2."""
-    h = real(1.0) / (r2 + softening * softening)
-    return h, -h * h, real(2.0) * h * h * h
-
-
-def cell(point, edge, total, is_far):
+def cell(point, edge, total, is_far, is_gone=nowhere):
     """The jet of a triangle under a kernel, from the kernel's parts."""
     return triangle_jet.bind(
-        is_far=is_far, distant=far_away.bind(point=point), closed_form=near_by.bind(edge=edge, total=total)
+        is_far=is_far,
+        is_gone=is_gone,
+        distant=far_away.bind(point=point),
+        closed_form=near_by.bind(edge=edge, total=total),
     )
 
 
-register_jet(Cauchy, Triangle, cell(cauchy_point, cauchy_edge, cauchy_total, cauchy_far))
-register_jet(Gaussian, Triangle, cell(gaussian_point, gaussian_edge, gaussian_total, gaussian_far))
-register_jet(
-    InverseSquare, Triangle, cell(inverse_square_point, inverse_square_edge, inverse_square_total, newtonian_far)
-)
+register_jet(Gaussian, Triangle, cell(gaussian_point, gaussian_edge, gaussian_total, gaussian_far, gaussian_gone))
 register_jet(Newtonian, Triangle, cell(newtonian_point, newtonian_edge, newtonian_total, newtonian_far))

@@ -2,8 +2,9 @@
 
 `edge(d, lo, length, z, k, fold, outside)` takes the signed distance d of the foot of the perpendicular to the edge's
 line (positive inside), the edge's range lo..lo + length along it, counted outward from its nearer end, the height z,
-and how far outside the triangle the foot lies at least (negative inside). It returns the segment's (F, F_lo,
-F_(rho^2)) and four terms to be summed over the edges; `total` makes (F, F_z, F_zz) of the sums and the trace of the in-plane Hessian.
+and how far outside the triangle the foot lies at least (negative inside). It returns the segment's (F, F_lo, F_(rho^2))
+and four terms to be summed over the edges; `total` makes (F, F_z, F_zz) of the sums and the trace of the in-plane
+Hessian.
 """
 
 import math

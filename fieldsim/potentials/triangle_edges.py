@@ -1,0 +1,171 @@
+"""What each kernel adds to a triangle, edge by edge.
+
+`edge(d, lo, length, z, k, fold, outside)` takes the signed distance d of the foot of the perpendicular to the edge's
+line (positive inside), the edge's range lo..lo + length along it, counted outward from its nearer end, the height z,
+and how far outside the triangle the foot lies at least (negative inside). It returns the segment's (F, F_lo, F_(rho^2))
+and four terms to be summed over the edges; `total` makes (F, F_z, F_zz) of the sums and the trace of the in-plane
+Hessian.
+"""
+
+import math
+
+from fieldsim.portable import portable, real
+from fieldsim.potentials.cells import register_jet
+from fieldsim.potentials.cubature import far_away
+from fieldsim.potentials.kernels import Gaussian, Newtonian
+from fieldsim.potentials.owen import line_of_sight, wedge
+from fieldsim.potentials.point import EXPONENT_LIMIT
+from fieldsim.potentials.segment import gaussian_segment, newtonian_segment
+from fieldsim.potentials.triangle import FAR, Triangle, near_by, triangle_jet
+
+# Newtonian: F = sum d S - w Omega, w^2 = z^2 + softening^2, Omega the solid angle at height w.
+
+
+@portable
+def view(d: real, lo: real, hi: real, w: real):
+    """Part of the solid angle, seen from height w > 0, between the foot and the edge; with the sign of d.
+
+    The difference of atan(t d / (d^2 + w^2 + w r)) at the two ends, as one atan2 of terms that do not cancel.
+    """
+    g2 = d * d + w * w
+    r_lo = math.sqrt(lo * lo + g2)
+    r_hi = math.sqrt(hi * hi + g2)
+    q_lo = g2 + w * r_lo
+    q_hi = g2 + w * r_hi
+    swing = hi * r_lo - lo * r_hi
+    if lo > real(0.0):
+        swing = g2 * ((hi - lo) / (hi * r_lo + lo * r_hi)) * (hi + lo)
+    return math.atan2(d * ((hi - lo) * g2 + w * swing), q_lo * q_hi + d * d * lo * hi)
+
+
+@portable
+def blind(d: real, lo: real, hi: real, w: real):
+    """The rest of the edge's angle, angle - `view`: atan(t w / (d r)) at the end less that at the start; d != 0."""
+    g2 = d * d + w * w
+    r_lo = math.sqrt(lo * lo + g2)
+    r_hi = math.sqrt(hi * hi + g2)
+    swing = hi * r_lo - lo * r_hi
+    if lo > real(0.0):
+        swing = g2 * ((hi - lo) / (hi * r_lo + lo * r_hi)) * (hi + lo)
+    return math.atan2(w * d * swing, d * d * r_lo * r_hi + w * w * lo * hi)
+
+
+@portable
+def newtonian_edge(d: real, lo: real, length: real, z: real, softening: real, fold: real, outside: real):
+    """Of an edge that an unsoftened query point lies on, the infinite part of the slope is left out.
+
+    Outside the triangle the angles sum up to nothing; what remains then vanishes with w, without cancelling.
+    """
+    s, along, across = newtonian_segment(lo, d * d + z * z, length, softening, fold)
+    if s == real(math.inf):
+        s = real(0.0)
+    w = math.sqrt(z * z + softening * softening)
+    solid = real(0.0)
+    if outside > w:
+        if d != real(0.0):
+            solid = -blind(d, lo, lo + length, w)
+    else:
+        solid = view(d, lo, lo + length, w)
+    return s, along, across, d * s, solid, real(0.0), real(0.0)
+
+
+@portable
+def newtonian_total(
+    q_1: real, q_2: real, q_3: real, q_4: real, z: real, softening: real, fold: real, outside: real, trace: real
+):
+    """On the unsoftened sheet itself F_z is the mean of its two sides, 0."""
+    w = math.sqrt(z * z + softening * softening)
+    if w == real(0.0):
+        return q_1, real(0.0), -trace
+    up = z / w
+    soft = softening / w
+    return q_1 - w * q_2, -q_2 * up, -trace * up * up - q_2 * soft * (soft / w)
+
+
+@portable
+def newtonian_point(r2: real, softening: real, fold: real):
+    """The kernel h and its first two derivatives in r^2."""
+    d2 = r2 + softening * softening
+    h = real(1.0) / math.sqrt(d2)
+    slope = -real(0.5) * h / d2
+    return h, slope, -real(1.5) * slope / d2
+
+
+@portable
+def newtonian_far(away: real, size: real, softening: real):
+    """Whether distance or softening exceeds FAR sizes."""
+    return away + softening * softening > real(FAR) * real(FAR) * size * size
+
+
+# Gaussian: F = exp(-a^2 z^2) / a^2 times sums of Owen's T, F_z = -2 a^2 z F.
+
+
+@portable
+def gaussian_edge(d: real, lo: real, length: real, z: real, a: real, fold: real, outside: real):
+    """Outside the triangle's vicinity the sums of angles cancel exactly and are left out."""
+    s, along, across = gaussian_segment(lo, d * d + z * z, length, a, fold)
+    x = a * abs(d)
+    q = real(0.0)
+    if a * outside > real(1.0):
+        if x > real(0.0):
+            exponent, q = line_of_sight(x, a * lo, a * length)
+            q *= -math.exp(min(fold - a * a * z * z + exponent, real(EXPONENT_LIMIT)))
+    else:
+        q = wedge(x, a * (lo + length))
+        if lo > real(0.0):
+            q -= wedge(x, a * lo)
+        else:
+            q += wedge(x, -a * lo)
+        q *= math.exp(min(fold - a * a * z * z, real(EXPONENT_LIMIT)))
+    if d < real(0.0):
+        q = -q
+    return s, along, across, q, real(0.0), real(0.0), real(0.0)
+
+
+@portable
+def gaussian_total(
+    q_1: real, q_2: real, q_3: real, q_4: real, z: real, a: real, fold: real, outside: real, trace: real
+):
+    """(F, F_z, F_zz)."""
+    f = real(0.5) * q_1 / (a * a)
+    u = a * z
+    return f, -u * q_1 / a, (real(2.0) * u * u - real(1.0)) * q_1
+
+
+@portable
+def gaussian_point(r2: real, a: real, fold: real):
+    """The kernel h and its first two derivatives in r^2."""
+    h = math.exp(min(fold - a * a * r2, real(EXPONENT_LIMIT)))
+    return h, -a * a * h, a * a * a * a * h
+
+
+@portable
+def gaussian_far(away: real, size: real, a: real):
+    """Whether the triangle is so small in units of 1/a that it sees no more than a polynomial."""
+    return a * size < real(0.25)
+
+
+@portable
+def nowhere(away: real, size: real, k: real):
+    """A kernel that never vanishes."""
+    return False
+
+
+@portable
+def gaussian_gone(away: real, size: real, a: real):
+    """Whether the Gaussian underflows all over the triangle, even one folded by 256."""
+    return a * (math.sqrt(away) - size) > real(34.0)
+
+
+def cell(point, edge, total, is_far, is_gone=nowhere):
+    """The jet of a triangle under a kernel, from the kernel's parts."""
+    return triangle_jet.bind(
+        is_far=is_far,
+        is_gone=is_gone,
+        distant=far_away.bind(point=point),
+        closed_form=near_by.bind(edge=edge, total=total),
+    )
+
+
+register_jet(Gaussian, Triangle, cell(gaussian_point, gaussian_edge, gaussian_total, gaussian_far, gaussian_gone))
+register_jet(Newtonian, Triangle, cell(newtonian_point, newtonian_edge, newtonian_total, newtonian_far))

@@ -29,9 +29,11 @@ from fieldsim.filming import Report, film
 from fieldsim.potentials.arc import Arc
 from fieldsim.potentials.circle import Circle
 from fieldsim.potentials.field import Field, gravity
-from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
+from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Metaball, Newtonian, Quartic, SoftObject
+from fieldsim.potentials.plane import Plane
 from fieldsim.potentials.point import Point
 from fieldsim.potentials.segment import Segment
+from fieldsim.potentials.triangle import Triangle
 from fieldsim.render.camera import Camera
 from fieldsim.render.image import Renderer, render
 from fieldsim.render.video import Film
@@ -62,15 +64,19 @@ __all__ = [
     "FilmError",
     "Gaussian",
     "InputError",
+    "InverseSquare",
     "Keyframes",
     "Leapfrog",
     "Material",
+    "Metaball",
     "Newtonian",
     "Particles",
+    "Plane",
     "Point",
     "PointLight",
     "PortableError",
     "Pose",
+    "Quartic",
     "Renderer",
     "Report",
     "Scenario",
@@ -78,7 +84,9 @@ __all__ = [
     "Segment",
     "Simulation",
     "Snapshot",
+    "SoftObject",
     "Spin",
+    "Triangle",
     "World",
     "angular_momentum",
     "common_spin",

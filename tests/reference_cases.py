@@ -2,49 +2,61 @@
 
 Accepted in float64, for the value and for the norm of the gradient's error:
 
-- kernels with algebraic tails: 1e-12 of the value, at any distance;
-- kernels whose tails vanish (Gaussian): 1e-12 of the value + 2e-15 S, with S = h(0) min(L, 2w) for a curve of length L
-  and h(0) for a point, w = 2/a; S/w for the gradient.
+- kernels with algebraic tails (Cauchy, Newtonian, inverse square): 1e-12 of the value, at any distance;
+- kernels whose tails vanish (Gaussian, compact): 1e-12 of the value + 2e-15 S, with S = h(0) times the measure within
+  reach: min(L, 2w) for a curve, min(A, pi w^2) for a surface, 1 for a point; w = 2/a or the support's radius; S/w for the
+  gradient.
 
 Below 1e-18 everything is accepted. In float32: 5e-6 of the field's own scale, |F| + S for the value and |grad F| + S/w
-for the gradient, where w = 1/s for the Cauchy kernel; for the Newtonian, which has no width, w is the
-mean distance L / |F| and S = |F|: where the pulls of a ring cancel, single precision cannot know the small rest.
+for the gradient, where w = 1/s for the Cauchy kernel. The inverse powers have no width: S = |F|, and w is the mean
+distance, (measure / |F|)^(1/n) for r^-n: where the pulls of a ring cancel, single precision cannot know the small rest.
 """
 
 import collections
 import dataclasses
 import functools
-import importlib
 import json
 import math
 import pathlib
-import pkgutil
 
 import numpy as np
 
-from fieldsim import potentials
 from fieldsim.potentials.arc import Arc
 from fieldsim.potentials.cells import CELLS, Cell
 from fieldsim.potentials.circle import Circle
-from fieldsim.potentials.kernels import Cauchy, Gaussian, Kernel, Newtonian
+from fieldsim.potentials.kernels import (
+    Cauchy,
+    Gaussian,
+    InverseSquare,
+    Kernel,
+    Metaball,
+    Newtonian,
+    Quartic,
+    SoftObject,
+)
+from fieldsim.potentials.plane import Plane
 from fieldsim.potentials.point import Point
 from fieldsim.potentials.primitive import Primitive
 from fieldsim.potentials.segment import Segment
-
-# The chart fills as the modules are imported; one that nobody imports here would go untested unseen.
-for module in pkgutil.iter_modules(potentials.__path__):
-    importlib.import_module(f"fieldsim.potentials.{module.name}")
+from fieldsim.potentials.triangle import Triangle
 
 KERNELS = {
     "cauchy": lambda p: Cauchy(s=p["s"]),
     "gaussian": lambda p: Gaussian(a=p["a"]),
     "inverse": lambda p: Newtonian(softening=p["eps"]),
+    "inverse_squared": lambda p: InverseSquare(softening=p["eps"]),
+    "metaballs": lambda p: Metaball(radius=p["R"]),
+    "soft_objects": lambda p: SoftObject(radius=p["R"]),
+    "quartic": lambda p: Quartic(radius=p["R"]),
 }
+ALGEBRAIC = (Cauchy, InverseSquare, Newtonian)
 PRIMITIVES = {
     "point": lambda p: Point(p["p"]),
     "segment": lambda p: Segment(p["a"], p["b"]),
     "arc": lambda p: Arc(p["center"], p["normal"], p["start"], p["radius"], p["angle"]),
     "circle": lambda p: Circle(p["center"], p["normal"], p["radius"]),
+    "triangle": lambda p: Triangle(p["a"], p["b"], p["c"]),
+    "plane": lambda p: Plane(p["point"], p["normal"]),
 }
 
 
@@ -63,12 +75,12 @@ class Case:
 
     @property
     def value_accepted(self) -> float:
-        floor = 2e-15 * self.scale if isinstance(self.kernel, Gaussian) else 0.0
+        floor = 0.0 if isinstance(self.kernel, ALGEBRAIC) else 2e-15 * self.scale
         return max(1e-18, 1e-12 * abs(self.value) + floor)
 
     @property
     def gradient_accepted(self) -> float:
-        floor = 2e-15 * self.scale / self.width if isinstance(self.kernel, Gaussian) else 0.0
+        floor = 0.0 if isinstance(self.kernel, ALGEBRAIC) else 2e-15 * self.scale / self.width
         return max(1e-18, 1e-12 * np.linalg.norm(self.gradient) + floor)
 
     @property
@@ -103,11 +115,18 @@ def _names(name, raw):
 
 
 def _case(kernel, primitive, raw) -> Case:
-    if isinstance(kernel, Newtonian):
-        scale, width = abs(raw["value"]), primitive.measure / abs(raw["value"])
-    else:
-        width = 2.0 / kernel.a if isinstance(kernel, Gaussian) else 1.0 / kernel.s
-        scale = 1.0 if primitive.dimension == 0 else min(primitive.measure, 2.0 * width)
-    return Case(
-        kernel, primitive, np.array(raw["point"]), raw["value"], np.array(raw["gradient"]), raw["mode"], scale, width
-    )
+    scale, width = _scale(kernel, primitive, abs(raw["value"]))
+    point, gradient = np.array(raw["point"]), np.array(raw["gradient"])
+    return Case(kernel, primitive, point, raw["value"], gradient, raw["mode"], scale, width)
+
+
+def _scale(kernel, primitive, size):
+    """(S, w) of a case whose value's size is given."""
+    endless = isinstance(primitive, Plane)
+    if isinstance(kernel, Newtonian | InverseSquare):
+        if endless:
+            return size + 2 * math.pi, 1.0
+        return size, (primitive.measure / size) ** (1.0 if isinstance(kernel, Newtonian) else 0.5)
+    width = {Gaussian: lambda k: 2.0 / k.a, Cauchy: lambda k: 1.0 / k.s}.get(type(kernel), lambda k: k.radius)(kernel)
+    within = (1.0, 2.0 * width, math.pi * width**2)[primitive.dimension]
+    return (within if endless else min(primitive.measure, within)), width

@@ -1,10 +1,9 @@
-"""Every compiled target of the chart, evaluating element i at point i: all cells in one kernel, compiled once."""
+"""Every compiled target of the chart, evaluating element i at point i; each cell is compiled once, when first asked."""
 
 import functools
 
 import numba
 import numpy as np
-import reference_cases  # noqa: F401 - fills the chart
 import warp as wp
 
 from fieldsim import launch
@@ -12,62 +11,80 @@ from fieldsim.potentials import cells
 
 
 def evaluate(target, elements, points):
-    """F (N,) and its gradient (N, 3) of element i alone at points[i], in float64; outputs start as NaN."""
-    value = np.full(len(points), np.nan)
-    gradient = np.full((len(points), 3), np.nan)
+    """F (N,) and its gradient (N, 3) of element i alone at points[i], in float64."""
+    out = jets(target, elements.kinds, elements.rows, points)
+    return out[:, 0], out[:, 1:4]
+
+
+def jets(target, kinds, rows, points):
+    """Jets (N, 10) in float64 of element i alone at points[i]; outputs start as NaN.
+
+    target: "warp64", "warp32" or "numba".
+    """
+    kinds = np.asarray(kinds)
+    rows, points = np.asarray(rows, dtype=float), np.asarray(points, dtype=float)
+    out = np.full((len(points), 10), np.nan)
+    for kind in np.unique(kinds):
+        where = kinds == kind
+        out[where] = _jets_of_cell(target, int(kind), rows[where], points[where])
+    return out
+
+
+def hessians(out):
+    """Matrices (N, 3, 3) of the jets (N, 10)."""
+    return out[:, [[4, 7, 8], [7, 5, 9], [8, 9, 6]]]
+
+
+def _jets_of_cell(target, kind, rows, points):
+    out = np.full((len(points), 10), np.nan)
     if target == "numba":
-        _numba()(points, elements.rows, elements.kinds, value, gradient)
-        return value, gradient
-    scalar = wp.float64 if target == "warp64" else wp.float32
-    vector = wp.types.vector(3, scalar)
-    outputs = wp.array(value, dtype=scalar, device="cpu"), wp.array(gradient, dtype=vector, device="cpu")
-    inputs = [
-        wp.array(points, dtype=vector, device="cpu"),
-        wp.array(elements.rows, dtype=scalar, device="cpu"),
-        wp.array(elements.kinds, dtype=wp.int32, device="cpu"),
-    ]
-    launch.launch(_warp(scalar), len(points), inputs, outputs, device="cpu")
-    return tuple(out.numpy().astype(float) for out in outputs)
-
-
-def _all_kinds():
-    return tuple(sorted(cell.kind for cell in cells.CELLS.values()))
+        _numba(kind)(points, rows, out)
+        return out
+    scalar = {"warp64": wp.float64, "warp32": wp.float32}[target]
+    arrays = [wp.array(a, dtype=scalar, device="cpu") for a in (points, rows, out)]
+    launch.launch(_warp(kind, scalar), len(points), arrays[:2], arrays[2:], device="cpu")
+    return arrays[2].numpy().astype(float)
 
 
 @functools.cache
-def _warp(scalar):
-    vector = wp.types.vector(3, scalar)
-    element = cells.element_field(_all_kinds()).warp(scalar)
+def _jet(kind):
+    return next(cell.jet for cell in cells.CELLS.values() if cell.kind == kind)
 
-    @wp.kernel(module="unique", enable_backward=False)
-    def one_each(
-        start: int,
-        points: wp.array(dtype=vector),
-        rows: wp.array(dtype=scalar, ndim=2),
-        kinds: wp.array(dtype=wp.int32),
-        value: wp.array(dtype=scalar),
-        gradient: wp.array(dtype=vector),
-    ):
-        i = start + wp.tid()
-        p = points[i]
-        f, gx, gy, gz = element(p[0], p[1], p[2], rows, kinds, i)
-        value[i] = f
-        gradient[i] = vector(gx, gy, gz)
+
+@functools.cache
+def _numba(kind):
+    jet = _jet(kind).numba
+
+    @numba.njit(error_model="numpy")
+    def one_each(points, rows, out):
+        for i in range(len(points)):
+            out[i] = jet(points[i, 0], points[i, 1], points[i, 2], rows, i)
 
     return one_each
 
 
 @functools.cache
-def _numba():
-    element = cells.element_field(_all_kinds()).numba
+def _warp(kind, scalar):
+    jet = _jet(kind).warp(scalar)
 
-    @numba.njit(error_model="numpy")
-    def one_each(points, rows, kinds, value, gradient):
-        for i in range(len(points)):
-            f, gx, gy, gz = element(points[i, 0], points[i, 1], points[i, 2], rows, kinds, i)
-            value[i] = f
-            gradient[i, 0] = gx
-            gradient[i, 1] = gy
-            gradient[i, 2] = gz
+    @wp.kernel(module="unique", enable_backward=False)
+    def one_each(
+        start: int,
+        points: wp.array(dtype=scalar, ndim=2),
+        rows: wp.array(dtype=scalar, ndim=2),
+        out: wp.array(dtype=scalar, ndim=2),
+    ):
+        i = start + wp.tid()
+        f, fx, fy, fz, fxx, fyy, fzz, fxy, fxz, fyz = jet(points[i, 0], points[i, 1], points[i, 2], rows, i)
+        out[i, 0] = f
+        out[i, 1] = fx
+        out[i, 2] = fy
+        out[i, 3] = fz
+        out[i, 4] = fxx
+        out[i, 5] = fyy
+        out[i, 6] = fzz
+        out[i, 7] = fxy
+        out[i, 8] = fxz
+        out[i, 9] = fyz
 
     return one_each

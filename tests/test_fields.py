@@ -330,7 +330,7 @@ def test_unknown_cells_name_the_known_ones():
 
 def test_cells_enter_the_chart_once():
     with pytest.raises(InputError, match="Newtonian on Point is in the chart already"):
-        cells.register(Newtonian, Point, cells.CELLS[Newtonian, Point].element)
+        cells.register(Newtonian, Point, cells.CELLS[Newtonian, Point].jet)
 
 
 def test_no_elements_no_field():

@@ -12,7 +12,8 @@ An element is one primitive with its kernel, packed as a row of `WIDTH` reals, i
 | 5-7, 8-10, 11-13 | positions: a point; a segment's start and end; an arc's centre |
 | 14-16, 17-19 | unit directions: a segment's axis; an arc's start and normal |
 
-A cell's `element(x, y, z, rows, i)` returns (F, dF/dx, dF/dy, dF/dz) of row i at (x, y, z).
+A cell's `jet(x, y, z, rows, i)` returns (F, Fx, Fy, Fz, Fxx, Fyy, Fzz, Fxy, Fxz, Fyz) of row i at (x, y, z): value,
+gradient and Hessian in one evaluation. Who needs less takes less: compilers drop what is left unused.
 """
 
 import dataclasses
@@ -36,37 +37,17 @@ class Cell:
     kind: int
     kernel: type
     primitive: type
-    element: Portable = dataclasses.field(compare=False)
+    jet: Portable = dataclasses.field(compare=False)
 
 
 CELLS: dict[tuple[type, type], Cell] = {}
 
 
-def register(kernel: type, primitive: type, element: Portable) -> None:
-    """Enter a cell into the chart; its kind is the next number."""
+def register(kernel: type, primitive: type, jet: Portable) -> None:
+    """Enter a cell into the chart."""
     if (kernel, primitive) in CELLS:
-        raise InputError(f"the cell of {kernel.__name__} on {primitive.__name__} is in the chart already")
-    CELLS[kernel, primitive] = Cell(len(CELLS), kernel, primitive, element)
-
-
-# The cells that return (F, Fx, Fy, Fz, Fxx, Fyy, Fzz, Fxy, Fxz, Fyz), by (kernel, primitive).
-CELLS_JET: dict[tuple[type, type], Portable] = {}
-
-
-def register_jet(kernel: type, primitive: type, element: Portable) -> None:
-    """Enter a cell that returns value, gradient and Hessian."""
-    CELLS_JET[kernel, primitive] = element
-
-
-@portable
-def _value_and_gradient(x: real, y: real, z: real, rows: Table, i: int):
-    f, fx, fy, fz, _xx, _yy, _zz, _xy, _xz, _yz = jet(x, y, z, rows, i)  # noqa: F821 - bound by `without_hessian`
-    return f, fx, fy, fz
-
-
-def without_hessian(element: Portable) -> Portable:
-    """The element that returns (F, Fx, Fy, Fz) alone; compilers drop what it leaves unused."""
-    return _value_and_gradient.bind(jet=element)
+        raise InputError(f"{kernel.__name__} on {primitive.__name__} is in the chart already")
+    CELLS[kernel, primitive] = Cell(len(CELLS), kernel, primitive, jet)
 
 
 def cell_of(kernel, primitive) -> Cell:
@@ -129,50 +110,98 @@ def place(rows: np.ndarray, rotation: np.ndarray, position: np.ndarray) -> np.nd
 
 @portable
 def _last(x: real, y: real, z: real, rows: Table, kinds: Indices, i: int):
-    return element(x, y, z, rows, i)  # noqa: F821 - bound by `element_field`
+    return jet(x, y, z, rows, i)  # noqa: F821 - bound by `element_jet`
 
 
 @portable
 def _choose(x: real, y: real, z: real, rows: Table, kinds: Indices, i: int):
-    if kinds[i] == kind:  # noqa: F821 - bound by `element_field`
-        return element(x, y, z, rows, i)  # noqa: F821
+    if kinds[i] == kind:  # noqa: F821 - bound by `element_jet`
+        return jet(x, y, z, rows, i)  # noqa: F821
     return otherwise(x, y, z, rows, kinds, i)  # noqa: F821
+
+
+@portable
+def _nothing(x: real, y: real, z: real, rows: Table, kinds: Indices, i: int):
+    zero = real(0.0)
+    return zero, zero, zero, zero, zero, zero, zero, zero, zero, zero
+
+
+@functools.cache
+def element_jet(kinds_used: tuple[int, ...]) -> Portable:
+    """Portable (x, y, z, rows, kinds, i) -> the jet of element i, knowing only the given kinds."""
+    by_kind = {cell.kind: cell.jet for cell in CELLS.values()}
+    if not kinds_used:
+        return _nothing
+    *others, last = kinds_used
+    chosen = _last.bind(jet=by_kind[last])
+    for kind in reversed(others):
+        chosen = _choose.bind(kind=kind, jet=by_kind[kind], otherwise=chosen)
+    return chosen
+
+
+@portable
+def _without_hessian(x: real, y: real, z: real, rows: Table, kinds: Indices, i: int):
+    f, fx, fy, fz, _xx, _yy, _zz, _xy, _xz, _yz = jet(x, y, z, rows, kinds, i)  # noqa: F821 - bound by `element_field`
+    return f, fx, fy, fz
 
 
 @functools.cache
 def element_field(kinds_used: tuple[int, ...]) -> Portable:
     """Portable (x, y, z, rows, kinds, i) -> (F, dF/dx, dF/dy, dF/dz) of element i, knowing only the given kinds."""
-    by_kind = {cell.kind: cell.element for cell in CELLS.values()}
-    if not kinds_used:
-        return _nothing
-    *others, last = kinds_used
-    chosen = _last.bind(element=by_kind[last])
-    for kind in reversed(others):
-        chosen = _choose.bind(kind=kind, element=by_kind[kind], otherwise=chosen)
-    return chosen
-
-
-@portable
-def _nothing(x: real, y: real, z: real, rows: Table, kinds: Indices, i: int):
-    return real(0.0), real(0.0), real(0.0), real(0.0)
+    return _without_hessian.bind(jet=element_jet(kinds_used))
 
 
 @portable
 def _sum(x: real, y: real, z: real, rows: Table, kinds: Indices, first: int, count: int):
     f = real(0.0)
-    gx = real(0.0)
-    gy = real(0.0)
-    gz = real(0.0)
+    fx = real(0.0)
+    fy = real(0.0)
+    fz = real(0.0)
     for i in range(first, first + count):
-        f_i, gx_i, gy_i, gz_i = one(x, y, z, rows, kinds, i)  # noqa: F821 - bound by `field_sum`
+        f_i, fx_i, fy_i, fz_i = one(x, y, z, rows, kinds, i)  # noqa: F821 - bound by `field_sum`
         f += f_i
-        gx += gx_i
-        gy += gy_i
-        gz += gz_i
-    return f, gx, gy, gz
+        fx += fx_i
+        fy += fy_i
+        fz += fz_i
+    return f, fx, fy, fz
 
 
 @functools.cache
 def field_sum(kinds_used: tuple[int, ...]) -> Portable:
     """Portable (x, y, z, rows, kinds, first, count) -> (F and its gradient) over rows first..first+count-1."""
     return _sum.bind(one=element_field(kinds_used))
+
+
+@portable
+def _sum_of_jets(x: real, y: real, z: real, rows: Table, kinds: Indices, first: int, count: int):
+    f = real(0.0)
+    fx = real(0.0)
+    fy = real(0.0)
+    fz = real(0.0)
+    xx = real(0.0)
+    yy = real(0.0)
+    zz = real(0.0)
+    xy = real(0.0)
+    xz = real(0.0)
+    yz = real(0.0)
+    for i in range(first, first + count):
+        f_i, fx_i, fy_i, fz_i, xx_i, yy_i, zz_i, xy_i, xz_i, yz_i = one(  # noqa: F821 - bound by `jet_sum`
+            x, y, z, rows, kinds, i
+        )
+        f += f_i
+        fx += fx_i
+        fy += fy_i
+        fz += fz_i
+        xx += xx_i
+        yy += yy_i
+        zz += zz_i
+        xy += xy_i
+        xz += xz_i
+        yz += yz_i
+    return f, fx, fy, fz, xx, yy, zz, xy, xz, yz
+
+
+@functools.cache
+def jet_sum(kinds_used: tuple[int, ...]) -> Portable:
+    """Portable (x, y, z, rows, kinds, first, count) -> the jet summed over rows first..first+count-1."""
+    return _sum_of_jets.bind(one=element_jet(kinds_used))

@@ -3,7 +3,7 @@
 import math
 
 from fieldsim.portable import portable, real
-from fieldsim.potentials.cells import register_jet
+from fieldsim.potentials.cells import register
 from fieldsim.potentials.kernels import Metaball, Quartic, SoftObject
 from fieldsim.potentials.point import Point, point_jet
 
@@ -44,6 +44,6 @@ def metaball_point(r2: real, radius: real, fold: real):
     return real(1.5) * v * v, -scale * v / u, scale / u
 
 
-register_jet(SoftObject, Point, point_jet.bind(kernel=_polynomial_point.bind(profile=soft_object)))
-register_jet(Quartic, Point, point_jet.bind(kernel=_polynomial_point.bind(profile=quartic)))
-register_jet(Metaball, Point, point_jet.bind(kernel=metaball_point))
+register(SoftObject, Point, point_jet.bind(kernel=_polynomial_point.bind(profile=soft_object)))
+register(Quartic, Point, point_jet.bind(kernel=_polynomial_point.bind(profile=quartic)))
+register(Metaball, Point, point_jet.bind(kernel=metaball_point))

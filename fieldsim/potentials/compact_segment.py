@@ -7,7 +7,7 @@ integrals of the kernel's over the same clipped part, without terms from its mov
 import math
 
 from fieldsim.portable import portable, real
-from fieldsim.potentials.cells import register_jet
+from fieldsim.potentials.cells import register
 from fieldsim.potentials.compact import quartic, soft_object
 from fieldsim.potentials.kernels import Metaball, Quartic, SoftObject
 from fieldsim.potentials.segment import Segment, segment_jet
@@ -134,6 +134,6 @@ def metaball_segment(lo: real, rho2: real, length: real, radius: real, fold: rea
     )
 
 
-register_jet(SoftObject, Segment, segment_jet.bind(kernel=_polynomial_segment.bind(profile=soft_object)))
-register_jet(Quartic, Segment, segment_jet.bind(kernel=_polynomial_segment.bind(profile=quartic)))
-register_jet(Metaball, Segment, segment_jet.bind(kernel=metaball_segment))
+register(SoftObject, Segment, segment_jet.bind(kernel=_polynomial_segment.bind(profile=soft_object)))
+register(Quartic, Segment, segment_jet.bind(kernel=_polynomial_segment.bind(profile=quartic)))
+register(Metaball, Segment, segment_jet.bind(kernel=metaball_segment))

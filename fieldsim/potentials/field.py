@@ -71,34 +71,42 @@ class Field:
         )
 
     def value(self, points):
-        """F at `points`: (N, 3) -> (N,); (3,) -> float."""
-        return self.value_and_gradient(points)[0]
+        """F at `points`: (N, 3) -> (N,); (3,) -> float. Cheaper than with the gradient."""
+        return self._evaluate(points, 0)[0]
 
     def gradient(self, points):
         """The gradient of F: (N, 3) -> (N, 3); (3,) -> (3,)."""
-        return self.value_and_gradient(points)[1]
+        return self._evaluate(points, 1)[1]
+
+    def hessian(self, points):
+        """The matrix of second derivatives of F: (N, 3) -> (N, 3, 3), symmetric; (3,) -> (3, 3)."""
+        return self._evaluate(points, 2)[2]
 
     def value_and_gradient(self, points):
         """F and its gradient in one evaluation."""
-        if isinstance(points, wp.array):
-            return self._evaluate(points)
-        array, single = _host_points(points)
-        value, gradient = self._evaluate(wp.array(array, dtype=wp.vec3d, device="cpu"))
-        value, gradient = value.numpy(), gradient.numpy()
-        return (float(value[0]), gradient[0]) if single else (value, gradient)
+        return self._evaluate(points, 1)
 
-    def _evaluate(self, points):
+    def _evaluate(self, points, order):
+        """Value and derivatives up to `order`, as a tuple, where and as `points` are."""
+        if isinstance(points, wp.array):
+            return self._evaluate_on_device(points, order)
+        array, single = _host_points(points)
+        results = self._evaluate_on_device(wp.array(array, dtype=wp.vec3d, device="cpu"), order)
+        results = [result.numpy() for result in results]
+        return (float(results[0][0]), *(r[0] for r in results[1:])) if single else tuple(results)
+
+    def _evaluate_on_device(self, points, order):
         if points.dtype not in (wp.vec3f, wp.vec3d) or points.ndim != 1:
             raise InputError(
                 f"Field: points are a Warp array of {points.dtype.__name__} with shape {points.shape}; "
                 "give one of vec3f or vec3d with shape (N,)"
             )
         scalar, device = points.dtype._wp_scalar_type_, points.device
-        value = wp.empty(len(points), dtype=scalar, device=device)
-        gradient = wp.empty(len(points), dtype=points.dtype, device=device)
-        kernel = _kernel(self.elements.kinds_used, scalar)
-        launch.launch(kernel, len(points), [points, *self._tables(scalar, device)], [value, gradient], device=device)
-        return value, gradient
+        dtypes = scalar, points.dtype, wp.types.matrix((3, 3), scalar)
+        results = tuple(wp.empty(len(points), dtype=dtype, device=device) for dtype in dtypes[: order + 1])
+        kernel = _KERNELS[order](self.elements.kinds_used, scalar)
+        launch.launch(kernel, len(points), [points, *self._tables(scalar, device)], results, device=device)
+        return results
 
     def _tables(self, scalar, device):
         """Rows and kinds on a device, uploaded once."""
@@ -249,13 +257,34 @@ def _host_points(points):
 
 
 @functools.cache
-def _kernel(kinds_used, scalar):
+def _value_kernel(kinds_used, scalar):
     """The Warp kernel that evaluates fields of the given cells at points."""
+    total = cells.field_sum(kinds_used).warp(scalar)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def evaluate_value(
+        start: int,
+        points: wp.array(dtype=wp.types.vector(3, scalar)),
+        rows: wp.array(dtype=scalar, ndim=2),
+        kinds: wp.array(dtype=wp.int32),
+        value: wp.array(dtype=scalar),
+    ):
+        i = start + wp.tid()
+        p = points[i]
+        f, _fx, _fy, _fz = total(p[0], p[1], p[2], rows, kinds, 0, kinds.shape[0])
+        value[i] = f
+
+    return evaluate_value
+
+
+@functools.cache
+def _gradient_kernel(kinds_used, scalar):
+    """As `_value_kernel`, with the gradient."""
     vector = wp.types.vector(3, scalar)
     total = cells.field_sum(kinds_used).warp(scalar)
 
     @wp.kernel(module="unique", enable_backward=False)
-    def evaluate(
+    def evaluate_gradient(
         start: int,
         points: wp.array(dtype=vector),
         rows: wp.array(dtype=scalar, ndim=2),
@@ -265,8 +294,39 @@ def _kernel(kinds_used, scalar):
     ):
         i = start + wp.tid()
         p = points[i]
-        f, gx, gy, gz = total(p[0], p[1], p[2], rows, kinds, 0, kinds.shape[0])
+        f, fx, fy, fz = total(p[0], p[1], p[2], rows, kinds, 0, kinds.shape[0])
         value[i] = f
-        gradient[i] = vector(gx, gy, gz)
+        gradient[i] = vector(fx, fy, fz)
 
-    return evaluate
+    return evaluate_gradient
+
+
+@functools.cache
+def _hessian_kernel(kinds_used, scalar):
+    """As `_value_kernel`, with gradient and Hessian."""
+    vector = wp.types.vector(3, scalar)
+    matrix = wp.types.matrix((3, 3), scalar)
+    total = cells.jet_sum(kinds_used).warp(scalar)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def evaluate_hessian(
+        start: int,
+        points: wp.array(dtype=vector),
+        rows: wp.array(dtype=scalar, ndim=2),
+        kinds: wp.array(dtype=wp.int32),
+        value: wp.array(dtype=scalar),
+        gradient: wp.array(dtype=vector),
+        hessian: wp.array(dtype=matrix),
+    ):
+        i = start + wp.tid()
+        p = points[i]
+        f, fx, fy, fz, xx, yy, zz, xy, xz, yz = total(p[0], p[1], p[2], rows, kinds, 0, kinds.shape[0])
+        value[i] = f
+        gradient[i] = vector(fx, fy, fz)
+        hessian[i] = matrix(xx, xy, xz, xy, yy, yz, xz, yz, zz)
+
+    return evaluate_hessian
+
+
+# By the order of the highest derivative.
+_KERNELS = (_value_kernel, _gradient_kernel, _hessian_kernel)

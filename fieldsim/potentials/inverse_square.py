@@ -5,7 +5,7 @@ import math
 from fieldsim.portable import portable, real
 from fieldsim.potentials.arc import Arc
 from fieldsim.potentials.arc_jet import arc_jet
-from fieldsim.potentials.cells import register_jet
+from fieldsim.potentials.cells import register
 from fieldsim.potentials.circle import TAU, Circle
 from fieldsim.potentials.kernels import InverseSquare
 from fieldsim.potentials.point import Point, point_jet
@@ -149,7 +149,7 @@ def inverse_square_arc(rho: real, inner: real, z: real, radius: real, angle: rea
     )
 
 
-register_jet(InverseSquare, Point, point_jet.bind(kernel=inverse_square_point))
-register_jet(InverseSquare, Segment, segment_jet.bind(kernel=inverse_square_segment))
-register_jet(InverseSquare, Arc, arc_jet.bind(kernel=inverse_square_arc))
-register_jet(InverseSquare, Circle, arc_jet.bind(kernel=inverse_square_arc))
+register(InverseSquare, Point, point_jet.bind(kernel=inverse_square_point))
+register(InverseSquare, Segment, segment_jet.bind(kernel=inverse_square_segment))
+register(InverseSquare, Arc, arc_jet.bind(kernel=inverse_square_arc))
+register(InverseSquare, Circle, arc_jet.bind(kernel=inverse_square_arc))

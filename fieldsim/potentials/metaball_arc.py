@@ -12,7 +12,7 @@ import math
 from fieldsim.portable import portable, real
 from fieldsim.potentials.arc import Arc
 from fieldsim.potentials.arc_jet import arc_jet
-from fieldsim.potentials.cells import register_jet
+from fieldsim.potentials.cells import register
 from fieldsim.potentials.circle import Circle
 from fieldsim.potentials.compact_arc import HALF_PI, middle, reach
 from fieldsim.potentials.kernels import Metaball
@@ -234,4 +234,4 @@ def metaball_arc(rho: real, inner: real, z: real, radius: real, angle: real, c0:
 
 
 for _primitive in (Arc, Circle):
-    register_jet(Metaball, _primitive, arc_jet.bind(kernel=metaball_arc))
+    register(Metaball, _primitive, arc_jet.bind(kernel=metaball_arc))

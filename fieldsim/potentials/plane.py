@@ -11,7 +11,7 @@ import math
 from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.portable import Table, portable, real
-from fieldsim.potentials.cells import register_jet
+from fieldsim.potentials.cells import register
 from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Metaball, Newtonian, Quartic, SoftObject
 from fieldsim.potentials.point import EXPONENT_LIMIT
 from fieldsim.potentials.primitive import Primitive
@@ -134,10 +134,10 @@ def _element(x: real, y: real, z: real, rows: Table, i: int):
     )
 
 
-register_jet(Cauchy, Plane, _element.bind(kernel=cauchy_plane))
-register_jet(Gaussian, Plane, _element.bind(kernel=gaussian_plane))
-register_jet(InverseSquare, Plane, _element.bind(kernel=inverse_square_plane))
-register_jet(Metaball, Plane, _element.bind(kernel=metaball_plane))
-register_jet(Newtonian, Plane, _element.bind(kernel=newtonian_plane))
-register_jet(Quartic, Plane, _element.bind(kernel=_polynomial_plane.bind(c2=1.0, c3=0.0)))
-register_jet(SoftObject, Plane, _element.bind(kernel=_polynomial_plane.bind(c2=SOFT_2, c3=SOFT_3)))
+register(Cauchy, Plane, _element.bind(kernel=cauchy_plane))
+register(Gaussian, Plane, _element.bind(kernel=gaussian_plane))
+register(InverseSquare, Plane, _element.bind(kernel=inverse_square_plane))
+register(Metaball, Plane, _element.bind(kernel=metaball_plane))
+register(Newtonian, Plane, _element.bind(kernel=newtonian_plane))
+register(Quartic, Plane, _element.bind(kernel=_polynomial_plane.bind(c2=1.0, c3=0.0)))
+register(SoftObject, Plane, _element.bind(kernel=_polynomial_plane.bind(c2=SOFT_2, c3=SOFT_3)))

@@ -5,7 +5,7 @@ import math
 
 from fieldsim import validate
 from fieldsim.portable import Table, portable, real
-from fieldsim.potentials.cells import register, register_jet, without_hessian
+from fieldsim.potentials.cells import register
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
 from fieldsim.potentials.primitive import Primitive
 
@@ -101,5 +101,4 @@ def point_jet(x: real, y: real, z: real, rows: Table, i: int):
 
 
 for _kernel, _local in ((Cauchy, cauchy_point), (Gaussian, gaussian_point), (Newtonian, newtonian_point)):
-    register_jet(_kernel, Point, point_jet.bind(kernel=_local))
-    register(_kernel, Point, without_hessian(point_jet.bind(kernel=_local)))
+    register(_kernel, Point, point_jet.bind(kernel=_local))

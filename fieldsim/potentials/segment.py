@@ -17,7 +17,7 @@ import numpy as np
 from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.portable import Table, portable, real
-from fieldsim.potentials.cells import register, register_jet, without_hessian
+from fieldsim.potentials.cells import register
 from fieldsim.potentials.error_functions import erfcx
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
 from fieldsim.potentials.point import EXPONENT_LIMIT, FAR
@@ -314,5 +314,4 @@ def segment_jet(x: real, y: real, z: real, rows: Table, i: int):
 
 
 for _kernel, _local in ((Cauchy, cauchy_segment), (Gaussian, gaussian_segment), (Newtonian, newtonian_segment)):
-    register_jet(_kernel, Segment, segment_jet.bind(kernel=_local))
-    register(_kernel, Segment, without_hessian(segment_jet.bind(kernel=_local)))
+    register(_kernel, Segment, segment_jet.bind(kernel=_local))

@@ -7,7 +7,7 @@ piece with roots r = sqrt(g^2 + t^2), g^2 = d^2 + z^2. Interfaces as in `triangl
 import math
 
 from fieldsim.portable import portable, real
-from fieldsim.potentials.cells import register_jet
+from fieldsim.potentials.cells import register
 from fieldsim.potentials.kernels import Metaball, Quartic, SoftObject
 from fieldsim.potentials.segment import newtonian_segment
 from fieldsim.potentials.triangle import FAR, Triangle
@@ -170,7 +170,7 @@ def _shell(d: real, start: real, end: real, z: real):
     g2 = d * d + z2
     r_lo = math.sqrt(g2 + lo * lo)
     r_hi = math.sqrt(g2 + hi * hi)
-    log, _along, _across = newtonian_segment(lo, g2, length, real(0.0), real(0.0))
+    log, _l, _r, _ll, _lr, _rr = newtonian_segment(lo, g2, length, real(0.0), real(0.0))
     root = real(0.5) * (hi * r_hi - lo * r_lo + g2 * log)
     square = length * (g2 + real(THIRD) * (lo * lo + lo * hi + hi * hi))
     s = real(1.5) * (length - real(2.0) * root + square)
@@ -260,6 +260,6 @@ def _polynomial(c2, c3):
     )
 
 
-register_jet(Metaball, Triangle, cell(metaball_point, metaball_edge, metaball_total, metaball_far, compact_gone))
-register_jet(Quartic, Triangle, _polynomial(1.0, 0.0))
-register_jet(SoftObject, Triangle, _polynomial(SOFT_2, SOFT_3))
+register(Metaball, Triangle, cell(metaball_point, metaball_edge, metaball_total, metaball_far, compact_gone))
+register(Quartic, Triangle, _polynomial(1.0, 0.0))
+register(SoftObject, Triangle, _polynomial(SOFT_2, SOFT_3))

@@ -10,7 +10,7 @@ Hessian.
 import math
 
 from fieldsim.portable import portable, real
-from fieldsim.potentials.cells import register_jet
+from fieldsim.potentials.cells import register
 from fieldsim.potentials.cubature import far_away
 from fieldsim.potentials.kernels import Gaussian, Newtonian
 from fieldsim.potentials.owen import line_of_sight, wedge
@@ -56,7 +56,7 @@ def newtonian_edge(d: real, lo: real, length: real, z: real, softening: real, fo
 
     Outside the triangle the angles sum up to nothing; what remains then vanishes with w, without cancelling.
     """
-    s, along, across = newtonian_segment(lo, d * d + z * z, length, softening, fold)
+    s, along, across, _ll, _lr, _rr = newtonian_segment(lo, d * d + z * z, length, softening, fold)
     if s == real(math.inf):
         s = real(0.0)
     w = math.sqrt(z * z + softening * softening)
@@ -66,7 +66,7 @@ def newtonian_edge(d: real, lo: real, length: real, z: real, softening: real, fo
             solid = -blind(d, lo, lo + length, w)
     else:
         solid = view(d, lo, lo + length, w)
-    return s, along, across, d * s, solid, real(0.0), real(0.0)
+    return s, along, real(0.5) * across, d * s, solid, real(0.0), real(0.0)
 
 
 @portable
@@ -103,7 +103,7 @@ def newtonian_far(away: real, size: real, softening: real):
 @portable
 def gaussian_edge(d: real, lo: real, length: real, z: real, a: real, fold: real, outside: real):
     """Outside the triangle's vicinity the sums of angles cancel exactly and are left out."""
-    s, along, across = gaussian_segment(lo, d * d + z * z, length, a, fold)
+    s, along, across, _ll, _lr, _rr = gaussian_segment(lo, d * d + z * z, length, a, fold)
     x = a * abs(d)
     q = real(0.0)
     if a * outside > real(1.0):
@@ -119,7 +119,7 @@ def gaussian_edge(d: real, lo: real, length: real, z: real, a: real, fold: real,
         q *= math.exp(min(fold - a * a * z * z, real(EXPONENT_LIMIT)))
     if d < real(0.0):
         q = -q
-    return s, along, across, q, real(0.0), real(0.0), real(0.0)
+    return s, along, real(0.5) * across, q, real(0.0), real(0.0), real(0.0)
 
 
 @portable
@@ -167,5 +167,5 @@ def cell(point, edge, total, is_far, is_gone=nowhere):
     )
 
 
-register_jet(Gaussian, Triangle, cell(gaussian_point, gaussian_edge, gaussian_total, gaussian_far, gaussian_gone))
-register_jet(Newtonian, Triangle, cell(newtonian_point, newtonian_edge, newtonian_total, newtonian_far))
+register(Gaussian, Triangle, cell(gaussian_point, gaussian_edge, gaussian_total, gaussian_far, gaussian_gone))
+register(Newtonian, Triangle, cell(newtonian_point, newtonian_edge, newtonian_total, newtonian_far))

@@ -7,7 +7,7 @@ z^2 + softening^2: Cauchy is F = P / s^4, and the inverse square has dF/d(zeta) 
 import math
 
 from fieldsim.portable import portable, real
-from fieldsim.potentials.cells import register_jet
+from fieldsim.potentials.cells import register
 from fieldsim.potentials.clausen import clausen
 from fieldsim.potentials.kernels import Cauchy, InverseSquare
 from fieldsim.potentials.special import sine_powers
@@ -295,7 +295,5 @@ def inverse_square_point(r2: real, softening: real, fold: real):
     return h, -h * h, real(2.0) * h * h * h
 
 
-register_jet(Cauchy, Triangle, cell(cauchy_point, cauchy_edge, cauchy_total, cauchy_far))
-register_jet(
-    InverseSquare, Triangle, cell(inverse_square_point, inverse_square_edge, inverse_square_total, newtonian_far)
-)
+register(Cauchy, Triangle, cell(cauchy_point, cauchy_edge, cauchy_total, cauchy_far))
+register(InverseSquare, Triangle, cell(inverse_square_point, inverse_square_edge, inverse_square_total, newtonian_far))

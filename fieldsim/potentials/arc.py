@@ -19,6 +19,7 @@ from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.portable import Table, portable, real
 from fieldsim.potentials.arc_gaussian import gaussian_arc
+from fieldsim.potentials.arc_jet import half_angle
 from fieldsim.potentials.cells import register
 from fieldsim.potentials.circle import TAU, cauchy_circle, gaussian_circle, newtonian_circle
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
@@ -213,22 +214,6 @@ def _end_product(x0: real, x1: real, squares: real, n: real, difference: real):
 
 
 @portable
-def _half_angle(x: real, y: real, rho: real):
-    """Cosine and sine of v0 = -phi / 2 in (-pi, 0], phi in [0, 2 pi) the azimuth of (x, y); rho = hypot(x, y)."""
-    if rho == real(0.0):
-        return real(1.0), real(0.0)
-    if x >= real(0.0):
-        cos = math.sqrt(real(0.5) * (rho + x) / rho)
-        sin = real(0.5) * abs(y) / (rho * cos)
-    else:
-        sin = math.sqrt(real(0.5) * (rho - x) / rho)
-        cos = real(0.5) * abs(y) / (rho * sin)
-    if y < real(0.0):
-        cos = -cos
-    return cos, -sin
-
-
-@portable
 def _element(x: real, y: real, z: real, rows: Table, i: int):
     ux = rows[i, 14]
     uy = rows[i, 15]
@@ -267,7 +252,7 @@ def _turned(
 ):
     """(F, dF/dx, dF/dy, dF/dz) of an arc whose start lies at the azimuth with cosine cos_a and sine sin_a."""
     rho = math.sqrt(x * x + y * y)
-    c0, s0 = _half_angle(x * cos_a + y * sin_a, y * cos_a - x * sin_a, rho)
+    c0, s0 = half_angle(x * cos_a + y * sin_a, y * cos_a - x * sin_a, rho)
     cos = real(1.0) - versine
     c1 = c0 * cos - s0 * turn
     s1 = s0 * cos + c0 * turn
@@ -290,7 +275,7 @@ def _local(x: real, y: real, z: real, radius: real, angle: real, width: real, fo
     rho = math.sqrt(x * x + y * y)
     inside = hollow(rho, radius, width)  # noqa: F821 - bound below
     if half > real(HALF_PI) and (inside or angle >= real(TAU)):
-        f, across, along = circle(rho, z, radius, width, fold)  # noqa: F821
+        f, across, along, _radial, _lift, _mixed = circle(rho, rho - radius, z, radius, width, fold)  # noqa: F821
         fx = across * x
         fy = across * y
         if inside and turn > real(0.0):

@@ -6,7 +6,6 @@ Closer to a bare source than the type can hold them, derivatives are 0, as on it
 import math
 
 from fieldsim.portable import Table, portable, real
-from fieldsim.potentials.arc import _half_angle
 from fieldsim.potentials.segment import SPLIT, SPLIT_SINGLE
 
 # Closer to the ring than this part of its radius, the offset from it is computed with care.
@@ -14,7 +13,7 @@ CLOSE = 0.125
 
 
 @portable
-def _close_to_the_ring(x: real, y: real, z: real, rows: Table, i: int):
+def close_to_the_ring(x: real, y: real, z: real, rows: Table, i: int):
     """rho^2 - radius^2 and the height above the plane, for points close to the ring.
 
     Their error is 2^-76 (float32: 2^-34) of the ring instead of 2^-52, so that the wire's vicinity is resolved whatever
@@ -58,6 +57,22 @@ def _close_to_the_ring(x: real, y: real, z: real, rows: Table, i: int):
 
 
 @portable
+def half_angle(x: real, y: real, rho: real):
+    """Cosine and sine of v0 = -phi / 2 in (-pi, 0], phi in [0, 2 pi) the azimuth of (x, y); rho = hypot(x, y)."""
+    if rho == real(0.0):
+        return real(1.0), real(0.0)
+    if x >= real(0.0):
+        cos = math.sqrt(real(0.5) * (rho + x) / rho)
+        sin = real(0.5) * abs(y) / (rho * cos)
+    else:
+        sin = math.sqrt(real(0.5) * (rho - x) / rho)
+        cos = real(0.5) * abs(y) / (rho * sin)
+    if y < real(0.0):
+        cos = -cos
+    return cos, -sin
+
+
+@portable
 def arc_jet(x: real, y: real, z: real, rows: Table, i: int):
     """Jet of an arc or circle, in the coordinates of `arc`.
 
@@ -80,7 +95,7 @@ def arc_jet(x: real, y: real, z: real, rows: Table, i: int):
     p = dx * ux + dy * uy + dz * uz
     q = dx * vx + dy * vy + dz * vz
     rho = math.sqrt(p * p + q * q)
-    c0, s0 = _half_angle(p, q, rho)
+    c0, s0 = half_angle(p, q, rho)
     cos = real(1.0)
     sin = real(0.0)
     if rho > real(0.0):
@@ -90,7 +105,7 @@ def arc_jet(x: real, y: real, z: real, rows: Table, i: int):
     height = dx * nx + dy * ny + dz * nz
     inner = rho - radius
     if abs(inner) < real(CLOSE) * radius and abs(height) < real(CLOSE) * radius:
-        depth, height = _close_to_the_ring(x, y, z, rows, i)
+        depth, height = close_to_the_ring(x, y, z, rows, i)
         inner = depth / (rho + radius)
     f, fa, fb, fn, faa, fbb, fnn, fab, fan, fbn = kernel(  # noqa: F821 - bound by the cells
         rho, inner, height, radius, rows[i, 3], c0, s0, rows[i, 1]

@@ -4,8 +4,8 @@ Accepted in float64, for the value and for the norm of the gradient's error:
 
 - kernels with algebraic tails (Cauchy, Newtonian, inverse square): 1e-12 of the value, at any distance;
 - kernels whose tails vanish (Gaussian, compact): 1e-12 of the value + 2e-15 S, with S = h(0) times the measure within
-  reach: min(L, 2w) for a curve, min(A, pi w^2) for a surface, 1 for a point; w = 2/a or the support's radius; S/w for the
-  gradient.
+  reach: min(L, 2w) for a curve, min(A, pi w^2) for a surface, 1 for a point; w = 2/a or the support's radius; S/w for
+  the gradient.
 
 Below 1e-18 everything is accepted. In float32: 5e-6 of the field's own scale, |F| + S for the value and |grad F| + S/w
 for the gradient, where w = 1/s for the Cauchy kernel. The inverse powers have no width: S = |F|, and w is the mean

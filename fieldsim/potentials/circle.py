@@ -14,7 +14,7 @@ import numpy as np
 from fieldsim import validate
 from fieldsim.portable import Table, portable, real
 from fieldsim.potentials.arc_jet import CLOSE, close_to_the_ring
-from fieldsim.potentials.cells import register, register_jet, without_hessian
+from fieldsim.potentials.cells import register
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
 from fieldsim.potentials.point import EXPONENT_LIMIT
 from fieldsim.potentials.primitive import Primitive
@@ -236,5 +236,4 @@ for _kernel, _local, _offset in (
     (Newtonian, newtonian_circle, _resolved),
 ):
     _jet = circle_jet.bind(kernel=_local, offset=_offset)
-    register_jet(_kernel, Circle, _jet)
-    register(_kernel, Circle, without_hessian(_jet))
+    register(_kernel, Circle, _jet)

@@ -22,10 +22,10 @@ BALL = Point((0.3, -0.2, 0.1))
 
 
 def one_of(cell):
-    """The reference's first cases of a cell: their packed elements, and points around them."""
+    """The reference's first cases of a cell: their packed elements, points around them, and what rounding leaves."""
     cases = reference_cases.reference()[cell][:15]
     elements = cells.pack([c.primitive for c in cases], [c.kernel for c in cases], 1.0)
-    return elements, np.array([c.point for c in cases])
+    return elements, np.array([c.point for c in cases]), np.array([c.value_accepted for c in cases])
 
 
 def name(cell):
@@ -40,7 +40,7 @@ every_cell = pytest.mark.parametrize("cell", cells.CELLS.values(), ids=name)
 
 @every_cell
 def test_fields_move_rigidly_with_their_bodies(cell):
-    elements, points = one_of(cell)
+    elements, points, rounding = one_of(cell)
     w, x, y, z = quaternion = np.array([0.2, -0.5, 0.7, 0.4]) / math.sqrt(0.94)
     assert np.linalg.norm(quaternion) == pytest.approx(1.0)
     rotation = np.eye(3) + 2 * (w * _cross((x, y, z)) + _cross((x, y, z)) @ _cross((x, y, z)))
@@ -49,7 +49,7 @@ def test_fields_move_rigidly_with_their_bodies(cell):
     value, gradient = targets.evaluate("warp64", elements, points)
     moved_value, moved_gradient = targets.evaluate("warp64", placed, points @ rotation.T + shift)
     # Moving rounds coordinates of size 30 to 1e-15, next to a wire at 0.02: 1e-13 of the field.
-    np.testing.assert_allclose(moved_value, value, rtol=2e-12, atol=1e-18)
+    assert (np.abs(moved_value - value) <= 2e-12 * np.abs(value) + rounding).all()
     error = np.linalg.norm(moved_gradient - gradient @ rotation.T, axis=1)
     assert (error <= 2e-12 * np.linalg.norm(gradient, axis=1) + 1e-15).all()
 
@@ -60,15 +60,47 @@ def _cross(v):
 
 @every_cell
 def test_gradient_is_the_derivative_of_the_value(cell):
-    elements, points = one_of(cell)
-    _, gradient = targets.evaluate("warp64", elements, points)
+    elements, points, _ = one_of(cell)
+    value, gradient = targets.evaluate("warp64", elements, points)
     step = 1e-4
     for axis in range(3):
         shifted = [targets.evaluate("warp64", elements, points + k * step * np.eye(3)[axis])[0] for k in (-2, -1, 1, 2)]
         slope = (shifted[0] - 8 * shifted[1] + 8 * shifted[2] - shifted[3]) / (12 * step)
         # Fourth order: step^4 f''''' / 30, with f''''' up to 120 f / 0.02^5 next to a wire at 0.02.
         scale = np.linalg.norm(gradient, axis=1)
-        assert (np.abs(slope - gradient[:, axis]) <= 2e-7 * scale + 1e-10).all()
+        # Next to a bare sheet's edge the field changes too much within the steps.
+        wide = scale * step < 5e-3 * np.abs(value) + 1e-3
+        assert (np.abs(slope - gradient[:, axis]) <= 2e-7 * scale + 1e-10)[wide].all()
+
+
+def test_hessian_is_the_derivative_of_the_gradient():
+    field = Field([BONE, BALL], Newtonian(0.2)) + 0.5 * Field(BONE, Gaussian(1.1))
+    points = np.array([(0.4, 0.9, -0.3), (2.0, 0.1, 0.4), (-3.0, 4.0, 5.0)])
+    hessian = field.hessian(points)
+    assert hessian.shape == (3, 3, 3)
+    np.testing.assert_array_equal(hessian, hessian.transpose(0, 2, 1))
+    step = 1e-4
+    for axis in range(3):
+        shift = step * np.eye(3)[axis]
+        slope = (field.gradient(points + shift) - field.gradient(points - shift)) / (2 * step)
+        # Second order: step^2 / 6 of the fourth derivative of F, some 10 here.
+        np.testing.assert_allclose(hessian[:, axis], slope, atol=1e-7)
+    np.testing.assert_array_equal(field.hessian(points[0]), hessian[0])
+
+
+def test_newtonian_hessian_has_no_trace_away_from_the_source():
+    field = Field([BONE, BALL], Newtonian())
+    hessian = field.hessian(np.array([(0.4, 0.9, -0.3), (2.0, 0.1, 0.4), (-30.0, 40.0, 50.0)]))
+    size = np.linalg.norm(hessian, axis=(1, 2))
+    assert (np.abs(np.trace(hessian, axis1=1, axis2=2)) < 1e-13 * size).all()
+
+
+def test_hessian_of_warp_points_stays_on_their_device():
+    field = Field(BALL, Gaussian(1.1))
+    points = wp.array([(0.4, 0.9, -0.3)], dtype=wp.vec3d, device="cpu")
+    result = field.hessian(points)
+    assert isinstance(result, wp.array)
+    np.testing.assert_array_equal(result.numpy()[0], field.hessian((0.4, 0.9, -0.3)))
 
 
 @pytest.mark.parametrize("kernel", [Cauchy(1.3), Gaussian(1.1), Newtonian(0.2)], ids=repr)
@@ -342,7 +374,7 @@ def test_no_elements_no_field():
 @pytest.mark.parametrize("scalar", [wp.float32, wp.float64], ids=["float32", "float64"])
 def test_all_cells_compile_for_cuda_without_a_device(scalar, tmp_path):
     kinds = tuple(sorted(cell.kind for cell in cells.CELLS.values()))
-    kernel = field_module._kernel(kinds, scalar)
+    kernel = field_module._hessian_kernel(kinds, scalar)
     wp.compile_aot_module(kernel.module, arch=90, use_ptx=True, module_dir=tmp_path)
     (ptx,) = tmp_path.glob("*.ptx")
     assert ".entry" in ptx.read_text()

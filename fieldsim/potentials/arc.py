@@ -20,7 +20,7 @@ from fieldsim.errors import InputError
 from fieldsim.portable import Table, portable, real
 from fieldsim.potentials.arc_gaussian import gaussian_arc
 from fieldsim.potentials.arc_jet import half_angle
-from fieldsim.potentials.cells import _padded, register
+from fieldsim.potentials.cells import register
 from fieldsim.potentials.circle import TAU, cauchy_circle, gaussian_circle, newtonian_circle
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
 from fieldsim.potentials.primitive import Primitive
@@ -307,6 +307,6 @@ def _cell(arc, circle, hollow):
     return _element.bind(local=_local.bind(turned=_turned.bind(arc=arc), circle=circle, hollow=hollow))
 
 
-register(Cauchy, Arc, _padded.bind(first=_cell(cauchy_arc, cauchy_circle, _hollow)))
-register(Gaussian, Arc, _padded.bind(first=_cell(gaussian_arc, gaussian_circle, _gaussian_hollow)))
-register(Newtonian, Arc, _padded.bind(first=_cell(newtonian_arc, newtonian_circle, _hollow)))
+register(Cauchy, Arc, _cell(cauchy_arc, cauchy_circle, _hollow))
+register(Gaussian, Arc, _cell(gaussian_arc, gaussian_circle, _gaussian_hollow))
+register(Newtonian, Arc, _cell(newtonian_arc, newtonian_circle, _hollow))

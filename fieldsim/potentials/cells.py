@@ -205,10 +205,3 @@ def _sum_of_jets(x: real, y: real, z: real, rows: Table, kinds: Indices, first: 
 def jet_sum(kinds_used: tuple[int, ...]) -> Portable:
     """Portable (x, y, z, rows, kinds, first, count) -> the jet summed over rows first..first+count-1."""
     return _sum_of_jets.bind(one=element_jet(kinds_used))
-
-
-@portable
-def _padded(x: real, y: real, z: real, rows: Table, i: int):
-    f, fx, fy, fz = first(x, y, z, rows, i)  # noqa: F821
-    zero = real(0.0)
-    return f, fx, fy, fz, zero, zero, zero, zero, zero, zero

@@ -24,6 +24,7 @@ from fieldsim.portable import Table, portable, real
 from fieldsim.potentials.primitive import Primitive
 
 FAR = 6.0
+FAR_SINGLE = 4.0
 THIRD = 1 / 3
 # Closer than this many sizes to the plane or a line, and farther than the root of AT_CORNER from a corner, with care.
 CLOSE = 1e-3

@@ -16,7 +16,7 @@ from fieldsim.potentials.kernels import Gaussian, Newtonian
 from fieldsim.potentials.owen import line_of_sight, wedge
 from fieldsim.potentials.point import EXPONENT_LIMIT
 from fieldsim.potentials.segment import gaussian_segment, newtonian_segment
-from fieldsim.potentials.triangle import FAR, Triangle, near_by, triangle_jet
+from fieldsim.potentials.triangle import FAR, FAR_SINGLE, Triangle, near_by, triangle_jet
 
 # Newtonian: F = sum d S - w Omega, w^2 = z^2 + softening^2, Omega the solid angle at height w.
 
@@ -93,8 +93,11 @@ def newtonian_point(r2: real, softening: real, fold: real):
 
 @portable
 def newtonian_far(away: real, size: real, softening: real):
-    """Whether distance or softening exceeds FAR sizes."""
-    return away + softening * softening > real(FAR) * real(FAR) * size * size
+    """Whether distance or softening exceeds FAR sizes; float32 needs fewer nodes and loses more by cancelling."""
+    sizes = real(FAR)
+    if real(1.0) + real(1e-10) == real(1.0):
+        sizes = real(FAR_SINGLE)
+    return away + softening * softening > sizes * sizes * size * size
 
 
 # Gaussian: F = exp(-a^2 z^2) / a^2 times sums of Owen's T, F_z = -2 a^2 z F.

@@ -9,7 +9,7 @@ import math
 
 from fieldsim.portable import portable, real
 from fieldsim.potentials.point import EXPONENT_LIMIT
-from fieldsim.potentials.special import bessel_scaled, exp_slope
+from fieldsim.potentials.special import bessel_scaled, exp_moment, exp_slope
 
 HALF_PI = math.pi / 2
 QUARTER_PI = math.pi / 4
@@ -23,9 +23,18 @@ NOTHING = -1000.0
 
 @portable
 def _pair(
-    total: real, square: real, node: real, weight: real, reach: real, sin_c: real, cos_c: real, k2: real, top: real
+    total: real,
+    square: real,
+    fourth: real,
+    node: real,
+    weight: real,
+    reach: real,
+    sin_c: real,
+    cos_c: real,
+    k2: real,
+    top: real,
 ):
-    """(total, square) with two nodes' worth of exp(-k2 (sin^2 v - top)), and that times sin^2 v, added."""
+    """The sums with two nodes' worth of exp(-k2 (sin^2 v - top)), and that times sin^2 v and sin^4 v, added."""
     t = reach * node
     share = real(1.0) / (real(1.0) + t * t)
     sin = real(2.0) * t * share * cos_c
@@ -34,7 +43,9 @@ def _pair(
     low = (middle - sin) * (middle - sin)
     high_part = weight * share * math.exp(-k2 * (high - top))
     low_part = weight * share * math.exp(-k2 * (low - top))
-    return total + high_part + low_part, square + high_part * high + low_part * low
+    square += high_part * high + low_part * low
+    fourth += high_part * high * high + low_part * low * low
+    return total + high_part + low_part, square, fourth
 
 
 @portable
@@ -47,7 +58,7 @@ def _cut():
 
 @portable
 def _piece(start: real, stop: real, width: real, k2: real):
-    """Integrals of exp(-k2 (sin^2 v - sin^2 start)), and of that times sin^2 v, over start..stop in 0..pi/2.
+    """Integrals of exp(-k2 (sin^2 v - sin^2 start)), times 1, sin^2 v and sin^4 v, over start..stop in 0..pi/2.
 
     width: stop - start, to its own last digit.
     """
@@ -64,39 +75,66 @@ def _piece(start: real, stop: real, width: real, k2: real):
     cos_c = math.cos(middle)
     j = real(0.0)
     js = real(0.0)
+    jss = real(0.0)
     if real(1.0) + real(TINY) == real(1.0):
-        j, js = _pair(j, js, real(0.1252334085114689), real(0.24914704581340277), reach, sin_c, cos_c, k2, top)
-        j, js = _pair(j, js, real(0.3678314989981802), real(0.2334925365383548), reach, sin_c, cos_c, k2, top)
-        j, js = _pair(j, js, real(0.5873179542866175), real(0.20316742672306592), reach, sin_c, cos_c, k2, top)
-        j, js = _pair(j, js, real(0.7699026741943047), real(0.16007832854334622), reach, sin_c, cos_c, k2, top)
-        j, js = _pair(j, js, real(0.9041172563704749), real(0.10693932599531843), reach, sin_c, cos_c, k2, top)
-        j, js = _pair(j, js, real(0.9815606342467192), real(0.04717533638651183), reach, sin_c, cos_c, k2, top)
+        j, js, jss = _pair(
+            j, js, jss, real(0.1252334085114689), real(0.24914704581340277), reach, sin_c, cos_c, k2, top
+        )
+        j, js, jss = _pair(j, js, jss, real(0.3678314989981802), real(0.2334925365383548), reach, sin_c, cos_c, k2, top)
+        j, js, jss = _pair(
+            j, js, jss, real(0.5873179542866175), real(0.20316742672306592), reach, sin_c, cos_c, k2, top
+        )
+        j, js, jss = _pair(
+            j, js, jss, real(0.7699026741943047), real(0.16007832854334622), reach, sin_c, cos_c, k2, top
+        )
+        j, js, jss = _pair(
+            j, js, jss, real(0.9041172563704749), real(0.10693932599531843), reach, sin_c, cos_c, k2, top
+        )
+        j, js, jss = _pair(
+            j, js, jss, real(0.9815606342467192), real(0.04717533638651183), reach, sin_c, cos_c, k2, top
+        )
     else:
-        j, js = _pair(j, js, real(0.06405689286260563), real(0.12793819534675216), reach, sin_c, cos_c, k2, top)
-        j, js = _pair(j, js, real(0.1911188674736163), real(0.1258374563468283), reach, sin_c, cos_c, k2, top)
-        j, js = _pair(j, js, real(0.3150426796961634), real(0.12167047292780339), reach, sin_c, cos_c, k2, top)
-        j, js = _pair(j, js, real(0.4337935076260451), real(0.1155056680537256), reach, sin_c, cos_c, k2, top)
-        j, js = _pair(j, js, real(0.5454214713888396), real(0.10744427011596563), reach, sin_c, cos_c, k2, top)
-        j, js = _pair(j, js, real(0.6480936519369755), real(0.09761865210411388), reach, sin_c, cos_c, k2, top)
-        j, js = _pair(j, js, real(0.7401241915785544), real(0.08619016153195327), reach, sin_c, cos_c, k2, top)
-        j, js = _pair(j, js, real(0.820001985973903), real(0.0733464814110803), reach, sin_c, cos_c, k2, top)
-        j, js = _pair(j, js, real(0.8864155270044011), real(0.05929858491543678), reach, sin_c, cos_c, k2, top)
-        j, js = _pair(j, js, real(0.9382745520027328), real(0.04427743881741981), reach, sin_c, cos_c, k2, top)
-        j, js = _pair(j, js, real(0.9747285559713095), real(0.028531388628933663), reach, sin_c, cos_c, k2, top)
-        j, js = _pair(j, js, real(0.9951872199970213), real(0.0123412297999872), reach, sin_c, cos_c, k2, top)
-    return real(2.0) * reach * j, real(2.0) * reach * js
+        j, js, jss = _pair(
+            j, js, jss, real(0.06405689286260563), real(0.12793819534675216), reach, sin_c, cos_c, k2, top
+        )
+        j, js, jss = _pair(j, js, jss, real(0.1911188674736163), real(0.1258374563468283), reach, sin_c, cos_c, k2, top)
+        j, js, jss = _pair(
+            j, js, jss, real(0.3150426796961634), real(0.12167047292780339), reach, sin_c, cos_c, k2, top
+        )
+        j, js, jss = _pair(j, js, jss, real(0.4337935076260451), real(0.1155056680537256), reach, sin_c, cos_c, k2, top)
+        j, js, jss = _pair(
+            j, js, jss, real(0.5454214713888396), real(0.10744427011596563), reach, sin_c, cos_c, k2, top
+        )
+        j, js, jss = _pair(
+            j, js, jss, real(0.6480936519369755), real(0.09761865210411388), reach, sin_c, cos_c, k2, top
+        )
+        j, js, jss = _pair(
+            j, js, jss, real(0.7401241915785544), real(0.08619016153195327), reach, sin_c, cos_c, k2, top
+        )
+        j, js, jss = _pair(j, js, jss, real(0.820001985973903), real(0.0733464814110803), reach, sin_c, cos_c, k2, top)
+        j, js, jss = _pair(
+            j, js, jss, real(0.8864155270044011), real(0.05929858491543678), reach, sin_c, cos_c, k2, top
+        )
+        j, js, jss = _pair(
+            j, js, jss, real(0.9382745520027328), real(0.04427743881741981), reach, sin_c, cos_c, k2, top
+        )
+        j, js, jss = _pair(
+            j, js, jss, real(0.9747285559713095), real(0.028531388628933663), reach, sin_c, cos_c, k2, top
+        )
+        j, js, jss = _pair(j, js, jss, real(0.9951872199970213), real(0.0123412297999872), reach, sin_c, cos_c, k2, top)
+    return real(2.0) * reach * j, real(2.0) * reach * js, real(2.0) * reach * jss
 
 
 @portable
 def _weigh(start: real, stop: real, width: real, k2: real, base: real):
-    """Integrals of exp(base - k2 sin^2 v), clamped, and of that times sin^2 v, over start..stop in 0..pi/2."""
+    """Integrals of exp(base - k2 sin^2 v), clamped, times 1, sin^2 v and sin^4 v, over start..stop in 0..pi/2."""
     sin = math.sin(start)
     exponent = base - k2 * sin * sin
     if exponent < real(NOTHING) or width <= real(0.0):
-        return real(0.0), real(0.0)
-    j, js = _piece(start, stop, width, k2)
+        return real(0.0), real(0.0), real(0.0)
+    j, js, jss = _piece(start, stop, width, k2)
     top = math.exp(min(exponent, real(EXPONENT_LIMIT)))
-    return top * j, top * js
+    return top * j, top * js, top * jss
 
 
 @portable
@@ -105,9 +143,9 @@ def _fall(start: real, stop: real, width: real, k2: real, base: real):
     middle = real(QUARTER_PI)
     if k2 < real(BROAD) or start >= middle or stop <= middle:
         return _weigh(start, stop, width, k2, base)
-    j, js = _weigh(start, middle, middle - start, k2, base)
-    j_low, js_low = _weigh(middle, stop, stop - middle, k2, base)
-    return j + j_low, js + js_low
+    j, js, jss = _weigh(start, middle, middle - start, k2, base)
+    j_low, js_low, jss_low = _weigh(middle, stop, stop - middle, k2, base)
+    return j + j_low, js + js_low, jss + jss_low
 
 
 @portable
@@ -117,14 +155,15 @@ def _from_peak(stop: real, k2: real, base: real):
     beyond = k2 * sin * sin > _cut()
     if stop <= real(QUARTER_PI) and not beyond:
         return _weigh(real(0.0), stop, stop, k2, base)
-    i0, difference, _ = bessel_scaled(real(0.5) * k2)
+    i0, difference, slope = bessel_scaled(real(0.5) * k2)
     top = math.exp(min(base, real(EXPONENT_LIMIT)))
     j = real(HALF_PI) * top * i0
     js = real(QUARTER_PI) * top * difference
+    jss = js - real(0.5) * real(QUARTER_PI) * top * slope
     if beyond:
-        return j, js
-    j_rest, js_rest = _weigh(stop, real(HALF_PI), real(HALF_PI) - stop, k2, base)
-    return j - j_rest, js - js_rest
+        return j, js, jss
+    j_rest, js_rest, jss_rest = _weigh(stop, real(HALF_PI), real(HALF_PI) - stop, k2, base)
+    return j - j_rest, js - js_rest, jss - jss_rest
 
 
 @portable
@@ -136,54 +175,79 @@ def _range_integrals(near: real, far: real, width: real, k2: real, base: real):
     if near >= real(0.0) and far <= quarter:
         return _fall(near, far, width, k2, base)
     if near >= real(0.0):
-        j, js = _fall(near, quarter, quarter - near, k2, base)
+        j, js, jss = _fall(near, quarter, quarter - near, k2, base)
     else:
-        j, js = _from_peak(-near, k2, base)
-        j_far, js_far = _from_peak(min(far, quarter), k2, base)
+        j, js, jss = _from_peak(-near, k2, base)
+        j_far, js_far, jss_far = _from_peak(min(far, quarter), k2, base)
         j += j_far
         js += js_far
+        jss += jss_far
     if far > quarter:
-        j_far, js_far = _fall(real(2.0) * quarter - far, quarter, far - quarter, k2, base)
+        j_far, js_far, jss_far = _fall(real(2.0) * quarter - far, quarter, far - quarter, k2, base)
         j += j_far
         js += js_far
-    return j, js
+        jss += jss_far
+    return j, js, jss
 
 
 @portable
 def gaussian_arc(
     rho: real,
+    inner: real,
     z: real,
     radius: real,
     c0: real,
     s0: real,
     c1: real,
     s1: real,
+    half: real,
     turn: real,
     versine: real,
     a: real,
     fold: real,
 ):
-    """(F, dF/drho, dF/dphi / rho, dF/dz) of exp(fold - a^2 r^2), its exponent clamped at EXPONENT_LIMIT.
+    """Jet of exp(fold - a^2 r^2), in the frame of `arc_jet`, its exponent clamped at EXPONENT_LIMIT.
 
     Relative error 1e-13 wherever the arc's nearest point counts (the exponent is not below -100).
     """
     a2 = a * a
-    inner = rho - radius
     base = fold - a2 * (inner * inner + z * z)
     if base < real(NOTHING):
-        return real(0.0), real(0.0), real(0.0), real(0.0)
+        zero = real(0.0)
+        return zero, zero, zero, zero, zero, zero, zero, zero, zero, zero
     k2 = real(4.0) * a2 * rho * radius
     # v runs from -before to after; mirrored so that the shorter way from the peak comes first.
     before = math.atan2(-s0, c0)
-    width = math.atan2(turn, real(1.0) - versine)
-    after = width - before
-    j, js = _range_integrals(-min(before, after), max(before, after), width, k2, base)
+    after = half - before
+    j, js, jss = _range_integrals(-min(before, after), max(before, after), half, k2, base)
     f = real(2.0) * radius * j
     push = -real(4.0) * a2 * radius
     across = push * (inner * j + real(2.0) * radius * js)
     # exp(E0) - exp(E1) of the ends' exponents, from their difference.
     high0 = base - k2 * s0 * s0
     high1 = base - k2 * s1 * s1
-    per_rho = real(4.0) * a2 * radius * turn * (s0 * c1 + c0 * s1)
-    slope = exp_slope(abs(per_rho) * rho) * math.exp(min(max(high0, high1), real(EXPONENT_LIMIT)))
-    return f, across, radius * per_rho * slope, push * z * j
+    spread = turn * (s0 * c1 + c0 * s1)
+    high = math.exp(min(max(high0, high1), real(EXPONENT_LIMIT)))
+    fall = k2 * abs(spread)
+    # Integrals of sin v cos v and of sin^3 v cos v with the exponential, from its higher end.
+    swing = real(0.5) * spread * exp_slope(fall) * high
+    low_square = s0 * s0
+    if spread < real(0.0):
+        low_square = s1 * s1
+    swing_s = low_square * swing + real(0.5) * spread * abs(spread) * exp_moment(fall) * high
+    twice = real(2.0) * a2
+    scale = -real(2.0) * radius * twice
+    ring = real(2.0) * radius
+    twist = scale * twice * ring
+    return (
+        f,
+        across,
+        -scale * ring * swing,
+        push * z * j,
+        scale * (j - twice * (inner * inner * j + ring * (real(2.0) * inner * js + ring * jss))),
+        scale * (j - twice * ring * ring * (js - jss)),
+        scale * (j - twice * z * z * j),
+        twist * (inner * swing + ring * swing_s),
+        -scale * twice * z * (inner * j + ring * js),
+        twist * z * swing,
+    )

@@ -57,6 +57,23 @@ def close_to_the_ring(x: real, y: real, z: real, rows: Table, i: int):
 
 
 @portable
+def ring_offset(x: real, y: real, z: real, rows: Table, i: int, rho: real, height: real):
+    """Offset from the ring, (rho - radius, height): close to it with more digits than coordinates have."""
+    radius = rows[i, 2]
+    inner = rho - radius
+    if abs(inner) + abs(height) < real(CLOSE) * radius:
+        depth, height = close_to_the_ring(x, y, z, rows, i)
+        inner = depth / (rho + radius)
+    return inner, height
+
+
+@portable
+def plain_offset(x: real, y: real, z: real, rows: Table, i: int, rho: real, height: real):
+    """As `ring_offset`, for fields that are smooth on the wire."""
+    return rho - rows[i, 2], height
+
+
+@portable
 def half_angle(x: real, y: real, rho: real):
     """Cosine and sine of v0 = -phi / 2 in (-pi, 0], phi in [0, 2 pi) the azimuth of (x, y); rho = hypot(x, y)."""
     if rho == real(0.0):
@@ -76,9 +93,9 @@ def half_angle(x: real, y: real, rho: real):
 def arc_jet(x: real, y: real, z: real, rows: Table, i: int):
     """Jet of an arc or circle, in the coordinates of `arc`.
 
-    `kernel(rho, inner, z, radius, angle, c0, s0, width)` returns the jet in the orthonormal frame of the query's radial
-    direction, the azimuthal one and the normal; inner = rho - radius, and (c0, s0) are the cosine and sine of v0, half
-    the angle from the query's azimuth to the start, in (-pi, 0].
+    `kernel(rho, inner, z, radius, angle, c0, s0, width, fold)` returns the jet in the orthonormal frame of the query's
+    radial direction, the azimuthal one and the normal; inner = rho - radius, and (c0, s0) are the cosine and sine of
+    v0, half the angle from the query's azimuth to the start, in (-pi, 0].
     """
     ux = rows[i, 14]
     uy = rows[i, 15]
@@ -101,15 +118,11 @@ def arc_jet(x: real, y: real, z: real, rows: Table, i: int):
     if rho > real(0.0):
         cos = p / rho
         sin = q / rho
-    radius = rows[i, 2]
-    height = dx * nx + dy * ny + dz * nz
-    inner = rho - radius
-    if abs(inner) < real(CLOSE) * radius and abs(height) < real(CLOSE) * radius:
-        depth, height = close_to_the_ring(x, y, z, rows, i)
-        inner = depth / (rho + radius)
+    inner, height = ring_offset(x, y, z, rows, i, rho, dx * nx + dy * ny + dz * nz)
     f, fa, fb, fn, faa, fbb, fnn, fab, fan, fbn = kernel(  # noqa: F821 - bound by the cells
-        rho, inner, height, radius, rows[i, 3], c0, s0, rows[i, 1]
+        rho, inner, height, rows[i, 2], rows[i, 3], c0, s0, rows[i, 1], rows[i, 4]
     )
+    # Finite or not: unlike `isfinite`, a comparison lets compilers drop the Hessian where nobody asks for it.
     if not abs(fa + fb + fn) < real(math.inf):
         fa = real(0.0)
         fb = real(0.0)

@@ -13,7 +13,7 @@ import numpy as np
 
 from fieldsim import validate
 from fieldsim.portable import Table, portable, real
-from fieldsim.potentials.arc_jet import CLOSE, close_to_the_ring
+from fieldsim.potentials.arc_jet import plain_offset, ring_offset
 from fieldsim.potentials.cells import register
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
 from fieldsim.potentials.point import EXPONENT_LIMIT
@@ -163,23 +163,6 @@ def newtonian_circle(rho: real, inner: real, z: real, radius: real, softening: r
 
 
 @portable
-def _plain(x: real, y: real, z: real, rows: Table, i: int, rho: real, height: real):
-    """Offset from the wire: (rho - radius, height)."""
-    return rho - rows[i, 2], height
-
-
-@portable
-def _resolved(x: real, y: real, z: real, rows: Table, i: int, rho: real, height: real):
-    """As `_plain`, for fields that are singular on the wire: close to it with more digits than coordinates have."""
-    radius = rows[i, 2]
-    inner = rho - radius
-    if abs(inner) + abs(height) < real(CLOSE) * radius:
-        depth, height = close_to_the_ring(x, y, z, rows, i)
-        inner = depth / (rho + radius)
-    return inner, height
-
-
-@portable
 def circle_jet(x: real, y: real, z: real, rows: Table, i: int):
     """Jet of a circle.
 
@@ -198,7 +181,7 @@ def circle_jet(x: real, y: real, z: real, rows: Table, i: int):
     wy -= height * ny
     wz -= height * nz
     rho = math.sqrt(wx * wx + wy * wy + wz * wz)
-    inner, height = offset(x, y, z, rows, i, rho, height)  # noqa: F821 - bound below
+    inner, height = ring_offset(x, y, z, rows, i, rho, height)
     f, across, along, radial, along_along, mixed = kernel(  # noqa: F821 - bound below
         rho, inner, height, radius, rows[i, 1], rows[i, 4]
     )
@@ -231,9 +214,9 @@ def circle_jet(x: real, y: real, z: real, rows: Table, i: int):
 
 
 for _kernel, _local, _offset in (
-    (Cauchy, cauchy_circle, _plain),
-    (Gaussian, gaussian_circle, _plain),
-    (Newtonian, newtonian_circle, _resolved),
+    (Cauchy, cauchy_circle, plain_offset),
+    (Gaussian, gaussian_circle, plain_offset),
+    (Newtonian, newtonian_circle, ring_offset),
 ):
-    _jet = circle_jet.bind(kernel=_local, offset=_offset)
+    _jet = circle_jet.bind(kernel=_local, ring_offset=_offset)
     register(_kernel, Circle, _jet)

@@ -75,7 +75,9 @@ def inverse_square_segment(lo: real, rho2: real, length: real, softening: real, 
 
 
 @portable
-def inverse_square_arc(rho: real, inner: real, z: real, radius: real, angle: real, c0: real, s0: real, softening: real):
+def inverse_square_arc(
+    rho: real, inner: real, z: real, radius: real, angle: real, c0: real, s0: real, softening: real, fold: real
+):
     """Jet for `arc_jet`. Relative error < 1e-13 off the wire; on a bare wire F is inf and the derivatives are 0.
 
     With N^2, M^2 the squared distances (softened) of the circle's nearest and farthest points and the eccentric angle

@@ -155,13 +155,15 @@ def inverse_square_arc(
 
 @portable
 def inverse_square_open_arc(
-    rho: real, inner: real, z: real, radius: real, angle: real, c0: real, s0: real, softening: real
+    rho: real, inner: real, z: real, radius: real, angle: real, c0: real, s0: real, softening: real, fold: real
 ):
     """As `inverse_square_arc`, but the double 2 pi, which it takes for a closed circle, leaves a gap of 2.4e-16.
 
     At the centre of the ring, where all else cancels, the gap's missing pull is the whole gradient.
     """
-    f, fa, fb, fn, faa, fbb, fnn, fab, fan, fbn = inverse_square_arc(rho, inner, z, radius, angle, c0, s0, softening)
+    f, fa, fb, fn, faa, fbb, fnn, fab, fan, fbn = inverse_square_arc(
+        rho, inner, z, radius, angle, c0, s0, softening, fold
+    )
     if angle == real(TAU) and rho < real(0.25) * radius:
         across = rho - radius * (c0 * c0 - s0 * s0)
         beside = -real(2.0) * radius * s0 * c0

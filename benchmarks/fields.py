@@ -20,10 +20,10 @@ KERNELS = (
     fs.Cauchy(2.0),
     fs.Gaussian(2.0),
     fs.InverseSquare(),
-    fs.Metaball(1.5),
+    fs.Metaball(0.9),
     fs.Newtonian(),
-    fs.Quartic(1.5),
-    fs.SoftObject(1.5),
+    fs.Quartic(0.9),
+    fs.SoftObject(0.9),
 )
 PRIMITIVES = (
     fs.Point((0, 0, 0)),

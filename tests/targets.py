@@ -30,6 +30,12 @@ def jets(target, kinds, rows, points):
     return out
 
 
+def rows_of(primitives, kernels):
+    """Kinds (N,) and packed rows (N, WIDTH) of single elements of unit strength, in the given order."""
+    parts = [cells.pack([p], [k], 1.0) for p, k in zip(primitives, kernels, strict=True)]
+    return np.concatenate([part.kinds for part in parts]), np.concatenate([part.rows for part in parts])
+
+
 def hessians(out):
     """Matrices (N, 3, 3) of the jets (N, 10)."""
     return out[:, [[4, 7, 8], [7, 5, 9], [8, 9, 6]]]

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 import targets
 
-from fieldsim.potentials import cells
 from fieldsim.potentials.arc import Arc
 from fieldsim.potentials.cells import CELLS
 from fieldsim.potentials.circle import Circle
@@ -31,12 +30,6 @@ COMPACT = (Metaball, SoftObject, Quartic)
 ALGEBRAIC = (Cauchy, Newtonian, InverseSquare)
 TARGETS = ["warp64", "numba"]
 JETS = [key for key in CELLS if key[1] in (Arc, Circle, Point, Segment)]
-
-
-def rows_of(primitives, kernels):
-    """Kinds (N,) and packed rows (N, WIDTH) of unit strength."""
-    parts = [cells.pack([p], [k], 1.0) for p, k in zip(primitives, kernels, strict=True)]
-    return np.concatenate([part.kinds for part in parts]), np.concatenate([part.rows for part in parts])
 
 
 def norms(jets):
@@ -110,7 +103,7 @@ def random_cases(key, count):
 @pytest.mark.parametrize("key", JETS, ids=name)
 def test_jet_meets_quadrature(key):
     primitives, kernels, points = random_cases(key, 12)
-    jets = targets.jets("warp64", *rows_of(primitives, kernels), points)
+    jets = targets.jets("warp64", *targets.rows_of(primitives, kernels), points)
     exact = [jet_oracle.jet(k, p, x) for p, k, x in zip(primitives, kernels, points, strict=True)]
     error = np.array([[float(g - e) for g, e in zip(*pair, strict=True)] for pair in zip(jets, exact, strict=True)])
     scale = scales(primitives, kernels)
@@ -159,7 +152,7 @@ def hard_elements(key):
 def test_hard_places_have_no_nan(key, target):
     for primitive, kernel in hard_elements(key):
         points = hard_places(primitive, kernel.width if key[0] in COMPACT else 1.0)
-        kinds, rows = rows_of([primitive], [kernel])
+        kinds, rows = targets.rows_of([primitive], [kernel])
         shape = (len(points), 1)
         jets = targets.jets(target, np.tile(kinds, len(points)), np.tile(rows, shape), points)
         assert not np.isnan(jets).any()
@@ -171,7 +164,7 @@ def test_hard_places_have_no_nan(key, target):
 @pytest.mark.parametrize("key", JETS, ids=name)
 def test_targets_agree(key):
     primitives, kernels, points = random_cases(key, 2000)
-    kinds, rows = rows_of(primitives, kernels)
+    kinds, rows = targets.rows_of(primitives, kernels)
     a, b = (targets.jets(target, kinds, rows, points) for target in TARGETS)
     # Both compilers' libraries and fused operations round differently; the formulas' own conditioning is below 100.
     assert (norms(a - b)[:, :2] <= (1e-13 * norms(a) + 1e-14 * scales(primitives, kernels))[:, :2]).all()
@@ -180,7 +173,7 @@ def test_targets_agree(key):
 @pytest.mark.parametrize("key", [k for k in JETS if k[0] not in COMPACT], ids=name)
 def test_single_precision(key):
     primitives, kernels, points = random_cases(key, 2000)
-    kinds, rows = rows_of(primitives, kernels)
+    kinds, rows = targets.rows_of(primitives, kernels)
     # Both answer the question as rounded. Below 1e-4 a rounded offset says little of the distance from a source, where
     # a Newtonian F, a logarithm, is a tenth of its slope times that distance.
     steepest = 1e3 if key[0] is Newtonian else 1e4
@@ -210,7 +203,7 @@ def test_single_precision_inside_a_wide_support(key):
     primitives = [p for p, _, _ in cases]
     kernels = [key[0](10 ** rng.uniform(-0.5, 1.0)) for _ in cases]
     points = np.array([x for _, _, x in cases])
-    kinds, rows = rows_of(primitives, kernels)
+    kinds, rows = targets.rows_of(primitives, kernels)
     rows, points = rows.astype(np.float32).astype(float), points.astype(np.float32).astype(float)
     single, double = (targets.jets(target, kinds, rows, points) for target in ("warp32", "warp64"))
     # Of the Hessian, which jumps at the edge, most must do.
@@ -224,7 +217,7 @@ def test_newtonian_hessian_has_no_trace(primitive_type):
     rng = np.random.default_rng(5)
     cases = [random_case(Newtonian, primitive_type, rng) for _ in range(500)]
     primitives, points = [p for p, _, _ in cases], np.array([x for _, _, x in cases])
-    jets = targets.jets("warp64", *rows_of(primitives, [Newtonian()] * 500), points)
+    jets = targets.jets("warp64", *targets.rows_of(primitives, [Newtonian()] * 500), points)
     assert (np.abs(jets[:, 4:7].sum(axis=1)) <= 1e-14 * norms(jets)[:, 2]).all()
 
 
@@ -240,7 +233,7 @@ def test_pieces_of_an_arc_add_up(kernel):
         turned = math.cos(share * angle) * u + math.sin(share * angle) * np.cross(n, u)
         second = Arc(center, normal, turned, 1.0, (1 - share) * angle)
         point = center + 2.0 * rng.random() * unit(rng)
-        jets = targets.jets("warp64", *rows_of([whole, first, second], [kernel] * 3), np.tile(point, (3, 1)))
+        jets = targets.jets("warp64", *targets.rows_of([whole, first, second], [kernel] * 3), np.tile(point, (3, 1)))
         parts = np.abs(jets).max(axis=0)
         np.testing.assert_allclose(jets[1] + jets[2], jets[0], rtol=0, atol=1e-11 * max(1.0, parts.max()))
 

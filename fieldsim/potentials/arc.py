@@ -6,8 +6,14 @@ query's azimuth is seen over the half angle v = u / 2: with near2 = (rho - R)^2 
     d^2 = near2 cos^2 v + far2 sin^2 v,        F = 2 R integral of h(d) dv from v0 to v1 = v0 + angle / 2.
 
 The ends enter as cosines and sines (c0, s0), (c1, s1) of v0 and v1, in products that keep their digits for the shortest
-arcs and next to the ends; `turn` = sin(v1 - v0), `versine` = 1 - cos(v1 - v0). A kernel's function returns
-(F, dF/drho, dF/dphi / rho, dF/dz); dF/dphi = R (h(d0) - h(d1)) exactly, and d1^2 - d0^2 = 4 R rho turn sin(v0 + v1).
+arcs and next to the ends; `half` = v1 - v0, `turn` = sin(half), `versine` = 1 - cos(half). A kernel's function returns
+the jet in the frame of `arc_jet`, made of integrals of products of the offset from a source point to the query,
+
+    (inner cos^2 v + outer sin^2 v, -2 R sin v cos v, z),        inner = rho - R, outer = rho + R.
+
+Odd in v, integrals of sin v cos v are differences of end values, as dF/dphi = R (h(d0) - h(d1)) is; what they have in
+common is d1^2 - d0^2 = 4 R rho turn sin(v0 + v1). Squares of inner and z, which are at most near2, multiply integrals
+of cos^4 v, so that each product keeps its digits next to the wire.
 """
 
 import dataclasses
@@ -221,7 +227,7 @@ def newtonian_arc(
     if cos > real(0.0):
         p = (n + cos) / versine
     elif n > real(0.0):
-        p = m1 * turn * turn / ((n - cos) * versine)
+        p = turn / versine * turn * (m1 / (n - cos))
     if n == real(0.0) or p + m1 == real(0.0):
         zero = real(0.0)
         return real(math.inf), zero, zero, zero, zero, zero, zero, zero, zero, zero

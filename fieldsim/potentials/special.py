@@ -42,8 +42,10 @@ def exp_slope(x: real):
 def exp_moment(x: real):
     """(1 - (1 + x) exp(-x)) / x^2 for x >= 0 (1/2 at 0): the integral of t exp(-x t) over 0..1. Error < 4 ulp."""
     if x < real(1.0):
-        # Taylor's series to x^15.
-        p = -real(4.498331606952833e-14)
+        # Taylor's series to x^17.
+        p = -real(1.4797143443923793e-16)
+        p = p * x + real(2.6552651846596585e-15)
+        p = p * x - real(4.498331606952833e-14)
         p = p * x + real(7.169215998581078e-13)
         p = p * x - real(1.0706029224547743e-11)
         p = p * x + real(1.4911969277048643e-10)

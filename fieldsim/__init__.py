@@ -1,1 +1,94 @@
-"""fieldsim: convolution fields that pull, collide and are seen."""
+"""fieldsim: convolution fields that pull, collide and are seen.
+
+`import fieldsim as fs`; every public name is listed in `__all__`.
+"""
+
+from fieldsim import sampling
+from fieldsim.cli import main
+from fieldsim.dynamics.diagnostics import (
+    Energy,
+    EnergyLog,
+    EnergyReport,
+    angular_momentum,
+    common_spin,
+    energy,
+    jacobi,
+)
+from fieldsim.dynamics.integrators import Leapfrog
+from fieldsim.dynamics.simulation import Simulation
+from fieldsim.errors import (
+    DeviceError,
+    FieldsimError,
+    FieldsimWarning,
+    FilmError,
+    InputError,
+    PortableError,
+    ScenarioError,
+)
+from fieldsim.filming import Report, film
+from fieldsim.potentials.arc import Arc
+from fieldsim.potentials.circle import Circle
+from fieldsim.potentials.field import Field, gravity
+from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
+from fieldsim.potentials.point import Point
+from fieldsim.potentials.segment import Segment
+from fieldsim.render.camera import Camera
+from fieldsim.render.image import Renderer, render
+from fieldsim.render.video import Film
+from fieldsim.scenario import Scenario, load
+from fieldsim.world.body import Body, Bounce, Particles
+from fieldsim.world.light import Background, DirectionalLight, PointLight
+from fieldsim.world.material import Material
+from fieldsim.world.motion import Keyframes, Pose, Spin, timeline
+from fieldsim.world.world import Snapshot, World
+
+__all__ = [
+    "Arc",
+    "Background",
+    "Body",
+    "Bounce",
+    "Camera",
+    "Cauchy",
+    "Circle",
+    "DeviceError",
+    "DirectionalLight",
+    "Energy",
+    "EnergyLog",
+    "EnergyReport",
+    "Field",
+    "FieldsimError",
+    "FieldsimWarning",
+    "Film",
+    "FilmError",
+    "Gaussian",
+    "InputError",
+    "Keyframes",
+    "Leapfrog",
+    "Material",
+    "Newtonian",
+    "Particles",
+    "Point",
+    "PointLight",
+    "PortableError",
+    "Pose",
+    "Renderer",
+    "Report",
+    "Scenario",
+    "ScenarioError",
+    "Segment",
+    "Simulation",
+    "Snapshot",
+    "Spin",
+    "World",
+    "angular_momentum",
+    "common_spin",
+    "energy",
+    "film",
+    "gravity",
+    "jacobi",
+    "load",
+    "main",
+    "render",
+    "sampling",
+    "timeline",
+]

@@ -217,7 +217,7 @@ def _film(build, name, told, options):
 @contextlib.contextmanager
 def _progress(title):
     """A function (done, in all) that draws a bar with the time left on a terminal, and does nothing elsewhere."""
-    from rich import console, progress
+    from rich import console, progress, table
 
     from fieldsim import launch
     from fieldsim.filming import COMPILING
@@ -225,14 +225,17 @@ def _progress(title):
     class Doing(progress.ProgressColumn):
         max_refresh = 0.5
 
+        def get_table_column(self):
+            return table.Column(no_wrap=True)
+
         def render(self, task):
-            compiling = launch.loading_for() > COMPILING
+            compiling = launch.loading_for() > 0.1 and launch.load_seconds() + launch.loading_for() > COMPILING
             return progress.Text("compiling kernels (first run only)" if compiling else title)
 
     terminal = console.Console(stderr=True)
     columns = (
         Doing(),
-        progress.BarColumn(),
+        progress.BarColumn(bar_width=20),
         progress.MofNCompleteColumn(),
         progress.TextColumn("frames"),
         progress.TimeElapsedColumn(),
@@ -240,7 +243,7 @@ def _progress(title):
         progress.TimeRemainingColumn(),
     )
     with progress.Progress(*columns, console=terminal, transient=True, disable=not terminal.is_terminal) as bar:
-        task = bar.add_task(title)
+        task = bar.add_task(title, total=None)
         yield lambda done, count: bar.update(task, completed=done, total=count)
 
 

@@ -5,13 +5,10 @@ import dataclasses
 import time
 import warnings
 
-import numpy as np
-
 from fieldsim import launch
 from fieldsim.dynamics.diagnostics import EnergyLog, EnergyReport
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.errors import FieldsimWarning
-from fieldsim.potentials import cells
 from fieldsim.render.image import Renderer
 from fieldsim.render.video import Film
 from fieldsim.scenario import Scenario
@@ -21,9 +18,6 @@ SIZE = (640, 360)
 
 # A load of kernels that takes longer than this compiles them.
 COMPILING = 2.0
-
-# At most so many points are asked whether the surface reaches them.
-PROBES = 64
 
 
 @dataclasses.dataclass
@@ -92,6 +86,10 @@ def _short(number):
     return f"{number:.3g}"
 
 
+def _unwatched(done, count):
+    pass
+
+
 def film(
     scenario: Scenario,
     out,
@@ -102,7 +100,7 @@ def film(
     device: str | None = None,
     quality: str | None = None,
     preview: bool = False,
-    watch=None,
+    watch=_unwatched,
 ) -> Report:
     """Film `scenario` into `out` (see `Film` for what its ending means) and say what it took.
 
@@ -115,81 +113,39 @@ def film(
     size = size or (tuple(n // 2 for n in SIZE) if preview else SIZE)
     quality = quality or ("draft" if preview else "final")
     times = timeline(duration, fps)
+    if not scenario.world.particles and all(body.surface is None for body in scenario.world.bodies):
+        words = "nothing to see: no body has a surface, and there are no particles; give a body a surface=fs.Material()"
+        warnings.warn(words, FieldsimWarning, stacklevel=2)
     begun = time.perf_counter()
     with Film(out, size, fps) as target:
-        warn_of_unseen(scenario.world, (times[0], times[len(times) // 2], times[-1]))
         if target.still:
             times = times[-1:]
         report = Report(target.path, target.size, len(times))
-        _shoot(
-            scenario, target, times, report, watch=watch, renderer=Renderer(target.size, quality, device), device=device
-        )
+        renderer = Renderer(target.size, quality, device)
+        for done, snapshot in enumerate(_snapshots(scenario, times, device, report)):
+            watch(done, len(times))
+            with report.rendering.running():
+                image = renderer.frame(snapshot, scenario.camera)
+            with report.writing.running():
+                target.write(image)
+        watch(len(times), len(times))
+    report.rays = renderer.rays
     report.seconds = time.perf_counter() - begun
     return report
 
 
-def _shoot(scenario, target, times, report, *, watch, renderer, device):
-    """Make the frames at `times`, in order."""
-    world = scenario.world
-    moving = any(len(particles) for particles in world.particles)
+def _snapshots(scenario, times, device, report):
+    """The scenario's moments at `times`, and their part of the report."""
+    if not any(len(particles) for particles in scenario.world.particles):
+        yield from map(scenario.world.at, times)
+        return
     with report.simulating.running():
-        simulation = Simulation(world, scenario.integrator, device=device) if moving else None
-        log = EnergyLog(simulation) if moving else None
-    snapshots = simulation.snapshots(times) if moving else map(world.at, times)
-    for done in range(len(times)):
-        if watch is not None:
-            watch(done, len(times))
+        simulation = Simulation(scenario.world, scenario.integrator, device=device)
+        log = EnergyLog(simulation)
+    for moment in times:
         with report.simulating.running():
-            snapshot = next(snapshots)
-            if moving:
-                log.record()
-        with report.rendering.running():
-            image = renderer.frame(snapshot, scenario.camera)
-        with report.writing.running():
-            target.write(image)
-    if watch is not None:
-        watch(len(times), len(times))
-    report.rays = renderer.rays
-    if moving:
-        report.particle_steps, report.bounces, report.energy = simulation.steps_done, simulation.bounces, log.report()
-
-
-def warn_of_unseen(world, times) -> None:
-    """Warn of bodies whose surface exists at none of `times`, since their field reaches the threshold nowhere."""
-    snapshots = [world.at(time) for time in times]
-    shown = [body for body in world.bodies if body.surface is not None]
-    if not shown and not any(len(particles) for particles in world.particles):
-        _warn("there is nothing to see: no body has a surface, and there are no particles")
-    for owner, body in enumerate(shown):
-        most = max(_largest_field(snapshot.surface, owner) for snapshot in snapshots)
-        if most < 1.0:
-            name = body.name or f"body {world.bodies.index(body)}"
-            _warn(
-                f"{name}: nothing to see, its field comes to {most:.2g} of the threshold at most; "
-                "give its material a lower threshold"
-            )
-
-
-def _largest_field(surface, owner):
-    """The field, in units of the threshold, where a body's skeleton is: 1 or more as soon as that is found anywhere."""
-    elements = surface.elements
-    total = cells.field_sum(elements.kinds_used)
-    largest = 0.0
-    for x, y, z in _middles(elements.rows[surface.owner == owner][:PROBES]).tolist():
-        largest = max(largest, total(x, y, z, elements.rows, elements.kinds, 0, len(elements))[0])
-        if largest >= 1.0:
-            break
-    return largest
-
-
-def _middles(rows):
-    """The middle of each element's primitive, (N, 3)."""
-    place = rows[:, cells.POSITIONS][:, :3]
-    start, normal = rows[:, cells.DIRECTIONS][:, :3], rows[:, cells.DIRECTIONS][:, 3:]
-    size, half = rows[:, cells.SIZE, None], 0.5 * rows[:, cells.ANGLE, None]
-    # Only arcs have an angle, and a point's size is 0.
-    return place + size * np.where(half > 0, np.cos(half) * start + np.sin(half) * np.cross(normal, start), 0.5 * start)
-
-
-def _warn(words):
-    warnings.warn(words, FieldsimWarning, stacklevel=4)
+            simulation.advance(moment)
+            log.record()
+            snapshot = simulation.snapshot()
+        yield snapshot
+    report.particle_steps, report.bounces, report.energy = simulation.steps_done, simulation.bounces, log.report()

@@ -6,8 +6,9 @@ Accepted in float64, for the value and for the norm of the gradient's error:
 - kernels whose tails vanish (Gaussian): 1e-12 of the value + 2e-15 S, with S = h(0) min(L, 2w) for a curve of length L
   and h(0) for a point, w = 2/a; S/w for the gradient.
 
-Below 1e-18 everything is accepted. In float32: 5e-6 of the field's own scale there, |F| + S for the value and
-|grad F| + S/w for the gradient, with w = 1/s for the Cauchy kernel and S = 0 for the Newtonian, which has no width.
+Below 1e-18 everything is accepted. In float32: 5e-6 of the field's own scale, |F| + S for the value and |grad F| + S/w
+for the gradient, where w = 1/s for the Cauchy kernel; for the Newtonian, which has no width, w is the
+mean distance L / |F| and S = |F|: where the pulls of a ring cancel, single precision cannot know the small rest.
 """
 
 import collections
@@ -43,12 +44,13 @@ PRIMITIVES = {
     "point": lambda p: Point(p["p"]),
     "segment": lambda p: Segment(p["a"], p["b"]),
     "arc": lambda p: Arc(p["center"], p["normal"], p["start"], p["radius"], p["angle"]),
+    "circle": lambda p: Circle(p["center"], p["normal"], p["radius"]),
 }
 
 
 @dataclasses.dataclass(frozen=True)
 class Case:
-    """One query: F = value and grad F = gradient at `point`; `scale` is S, `width` w (0 and 1 for the Newtonian)."""
+    """One query: F = value and grad F = gradient at `point`; `scale` is S, `width` w."""
 
     kernel: Kernel
     primitive: Primitive
@@ -75,7 +77,9 @@ class Case:
 
     @property
     def gradient_accepted_single(self) -> float:
-        return 5e-6 * (np.linalg.norm(self.gradient) + self.scale / self.width)
+        # At 0.02 from a wire of size 1 to 3 single precision knows the offset itself to 3e-6..1e-5.
+        relative = 1e-5 if self.mode == "near" else 5e-6
+        return relative * (np.linalg.norm(self.gradient) + self.scale / self.width)
 
 
 @functools.cache
@@ -86,23 +90,22 @@ def reference() -> dict[Cell, list[Case]]:
     for cell in json.loads(path.read_text())["cells"]:
         for raw in cell["cases"]:
             kernel = KERNELS[cell["kernel"]](raw["kernel"])
-            primitive = PRIMITIVES[cell["primitive"]](raw["primitive"])
-            for same in (primitive, _as_circle(primitive)):
-                if same is not None:
-                    result[CELLS[type(kernel), type(same)]].append(_case(kernel, same, raw))
+            for name in _names(cell["primitive"], raw):
+                primitive = PRIMITIVES[name](raw["primitive"])
+                result[CELLS[type(kernel), type(primitive)]].append(_case(kernel, primitive, raw))
     return dict(result)
 
 
-def _as_circle(primitive):
-    """The Circle that a full Arc is."""
-    if isinstance(primitive, Arc) and primitive.angle > 2 * math.pi - 1e-12:
-        return Circle(primitive.center, primitive.normal, primitive.radius)
-    return None
+def _names(name, raw):
+    """A full arc is also a circle; but at its very centre the pull is that of the rounding of `start` alone."""
+    full = raw["primitive"].get("angle", 0.0) > 2 * math.pi - 1e-12
+    return (name, "circle") if full and raw["point"] != raw["primitive"]["center"] else (name,)
 
 
 def _case(kernel, primitive, raw) -> Case:
-    scale, width = 0.0, 1.0
-    if not isinstance(kernel, Newtonian):
+    if isinstance(kernel, Newtonian):
+        scale, width = abs(raw["value"]), primitive.measure / abs(raw["value"])
+    else:
         width = 2.0 / kernel.a if isinstance(kernel, Gaussian) else 1.0 / kernel.s
         scale = 1.0 if primitive.dimension == 0 else min(primitive.measure, 2.0 * width)
     return Case(

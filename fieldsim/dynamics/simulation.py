@@ -11,7 +11,7 @@ from fieldsim.dynamics.integrators import Leapfrog
 from fieldsim.dynamics.sources import Sources, field_and_gradient, upload
 from fieldsim.dynamics.steps import Balls, contact_kernel, leapfrog_kernel, release_kernel
 from fieldsim.dynamics.surfaces import Surfaces
-from fieldsim.errors import FieldsimWarning, InputError
+from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
 from fieldsim.launch import device_named, launch
 from fieldsim.world.motion import pose_at
 from fieldsim.world.world import Snapshot
@@ -109,6 +109,17 @@ class Simulation:
                 self._leap(start + dt * stages, dt)
                 self.time = start + dt * float(stages[-1])
         self.time = until
+        self._refuse_nonsense()
+
+    def _refuse_nonsense(self):
+        for index, (x, v) in enumerate(zip(self.positions, self.velocities, strict=True)):
+            bad = np.flatnonzero(~np.isfinite(x + v).all(axis=1))
+            if bad.size:
+                raise FieldsimError(
+                    f"at time {self.time:g} particle {bad[0]} of set {index} is at {tuple(x[bad[0]].tolist())} with "
+                    f"velocity {tuple(v[bad[0]].tolist())} ({bad.size} such particles); "
+                    "soften what they fall into, or shorten dt"
+                )
 
     @property
     def _steps_per_launch(self):

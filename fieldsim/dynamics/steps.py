@@ -4,9 +4,11 @@ import functools
 
 import warp as wp
 
-from fieldsim.dynamics.contact import TOUCHING, Moment, Motion, contact_step, push_out, touch_at
+from fieldsim.dynamics.contact import contact_step
+from fieldsim.dynamics.encounter import Motion
 from fieldsim.dynamics.sources import Stages, field_at
 from fieldsim.dynamics.surfaces import margin_at, sweep_at
+from fieldsim.dynamics.touch import TOUCHING, Moment, push_out, touch_at
 
 
 @wp.struct

@@ -16,6 +16,8 @@ from fieldsim.dynamics.sources import Sources, Stages, tables
 from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.portable import Indices, Portable, Table, portable, real
 from fieldsim.potentials import cells
+from fieldsim.potentials.arc import Arc
+from fieldsim.potentials.circle import Circle
 from fieldsim.potentials.kernels import Cauchy, Gaussian
 from fieldsim.potentials.point import Point
 from fieldsim.potentials.segment import Segment
@@ -37,6 +39,8 @@ _REACHES = {Gaussian: gaussian_reach, Cauchy: cauchy_reach}
 _MEASURES = {
     Point: lambda rows: 1.0,
     Segment: lambda rows: rows[..., cells.SIZE],
+    Arc: lambda rows: rows[..., cells.SIZE] * rows[..., cells.ANGLE],
+    Circle: lambda rows: rows[..., cells.SIZE] * rows[..., cells.ANGLE],
 }
 
 
@@ -179,7 +183,7 @@ def _least(x: real, y: real, z: real, rows: Table, kinds: Indices, first: int, c
     return least
 
 
-_DISTANCES = {Point: _point, Segment: _segment}
+_DISTANCES = {Point: _point, Segment: _segment, Arc: _circle, Circle: _circle}
 
 
 def _margin(kinds) -> Portable:

@@ -1,8 +1,8 @@
 """Partial arcs under the Gaussian: the integral of exp(-2 k sin^2 v) over the half angle v (see `arc`).
 
 The range of v is cut where the exponent turns (at multiples of pi/2) into at most two monotone pieces, each taken from
-its high end down, and whole quarters, which are Bessel functions. A piece is cut off where it has fallen by exp(-CUT)
-and integrated by 24 Gauss-Legendre nodes in tan((v - middle) / 2): positive terms, one exponential each.
+its high end down, and whole quarters, which are Bessel functions. A piece is cut off where its rest no longer counts
+and integrated by Gauss-Legendre nodes in tan((v - middle) / 2): positive terms, one exponential each.
 """
 
 import math
@@ -12,7 +12,11 @@ from fieldsim.potentials.point import EXPONENT_LIMIT
 from fieldsim.potentials.special import bessel_scaled, exp_slope
 
 HALF_PI = math.pi / 2
-CUT = 38.0
+QUARTER_PI = math.pi / 4
+# Up to this k a Gauss-Legendre rule spans a whole quarter; beyond, it shows its two ends apart.
+BROAD = 12.0
+# Added to 1, it is lost in float32 but not in float64.
+TINY = 1e-10
 # Below this exponent everything is 0, in float64 as well.
 NOTHING = -1000.0
 
@@ -34,6 +38,14 @@ def _pair(
 
 
 @portable
+def _cut():
+    """The fall of the exponent after which a piece's rest is lost in rounding."""
+    if real(1.0) + real(TINY) == real(1.0):
+        return real(16.0)
+    return real(34.0)
+
+
+@portable
 def _piece(start: real, stop: real, width: real, k2: real):
     """Integrals of exp(-k2 (sin^2 v - sin^2 start)), and of that times sin^2 v, over start..stop in 0..pi/2.
 
@@ -41,8 +53,8 @@ def _piece(start: real, stop: real, width: real, k2: real):
     """
     sin_start = math.sin(start)
     top = sin_start * sin_start
-    if k2 * (real(1.0) - top) > real(CUT):
-        cut = math.asin(math.sqrt(top + real(CUT) / k2))
+    if k2 * (real(1.0) - top) > _cut():
+        cut = math.asin(math.sqrt(top + _cut() / k2))
         if cut < stop:
             stop = cut
             width = stop - start
@@ -52,62 +64,89 @@ def _piece(start: real, stop: real, width: real, k2: real):
     cos_c = math.cos(middle)
     j = real(0.0)
     js = real(0.0)
-    j, js = _pair(j, js, real(0.06405689286260563), real(0.12793819534675216), reach, sin_c, cos_c, k2, top)
-    j, js = _pair(j, js, real(0.1911188674736163), real(0.1258374563468283), reach, sin_c, cos_c, k2, top)
-    j, js = _pair(j, js, real(0.3150426796961634), real(0.12167047292780339), reach, sin_c, cos_c, k2, top)
-    j, js = _pair(j, js, real(0.4337935076260451), real(0.1155056680537256), reach, sin_c, cos_c, k2, top)
-    j, js = _pair(j, js, real(0.5454214713888396), real(0.10744427011596563), reach, sin_c, cos_c, k2, top)
-    j, js = _pair(j, js, real(0.6480936519369755), real(0.09761865210411388), reach, sin_c, cos_c, k2, top)
-    j, js = _pair(j, js, real(0.7401241915785544), real(0.08619016153195327), reach, sin_c, cos_c, k2, top)
-    j, js = _pair(j, js, real(0.820001985973903), real(0.0733464814110803), reach, sin_c, cos_c, k2, top)
-    j, js = _pair(j, js, real(0.8864155270044011), real(0.05929858491543678), reach, sin_c, cos_c, k2, top)
-    j, js = _pair(j, js, real(0.9382745520027328), real(0.04427743881741981), reach, sin_c, cos_c, k2, top)
-    j, js = _pair(j, js, real(0.9747285559713095), real(0.028531388628933663), reach, sin_c, cos_c, k2, top)
-    j, js = _pair(j, js, real(0.9951872199970213), real(0.0123412297999872), reach, sin_c, cos_c, k2, top)
+    if real(1.0) + real(TINY) == real(1.0):
+        j, js = _pair(j, js, real(0.1252334085114689), real(0.24914704581340277), reach, sin_c, cos_c, k2, top)
+        j, js = _pair(j, js, real(0.3678314989981802), real(0.2334925365383548), reach, sin_c, cos_c, k2, top)
+        j, js = _pair(j, js, real(0.5873179542866175), real(0.20316742672306592), reach, sin_c, cos_c, k2, top)
+        j, js = _pair(j, js, real(0.7699026741943047), real(0.16007832854334622), reach, sin_c, cos_c, k2, top)
+        j, js = _pair(j, js, real(0.9041172563704749), real(0.10693932599531843), reach, sin_c, cos_c, k2, top)
+        j, js = _pair(j, js, real(0.9815606342467192), real(0.04717533638651183), reach, sin_c, cos_c, k2, top)
+    else:
+        j, js = _pair(j, js, real(0.06405689286260563), real(0.12793819534675216), reach, sin_c, cos_c, k2, top)
+        j, js = _pair(j, js, real(0.1911188674736163), real(0.1258374563468283), reach, sin_c, cos_c, k2, top)
+        j, js = _pair(j, js, real(0.3150426796961634), real(0.12167047292780339), reach, sin_c, cos_c, k2, top)
+        j, js = _pair(j, js, real(0.4337935076260451), real(0.1155056680537256), reach, sin_c, cos_c, k2, top)
+        j, js = _pair(j, js, real(0.5454214713888396), real(0.10744427011596563), reach, sin_c, cos_c, k2, top)
+        j, js = _pair(j, js, real(0.6480936519369755), real(0.09761865210411388), reach, sin_c, cos_c, k2, top)
+        j, js = _pair(j, js, real(0.7401241915785544), real(0.08619016153195327), reach, sin_c, cos_c, k2, top)
+        j, js = _pair(j, js, real(0.820001985973903), real(0.0733464814110803), reach, sin_c, cos_c, k2, top)
+        j, js = _pair(j, js, real(0.8864155270044011), real(0.05929858491543678), reach, sin_c, cos_c, k2, top)
+        j, js = _pair(j, js, real(0.9382745520027328), real(0.04427743881741981), reach, sin_c, cos_c, k2, top)
+        j, js = _pair(j, js, real(0.9747285559713095), real(0.028531388628933663), reach, sin_c, cos_c, k2, top)
+        j, js = _pair(j, js, real(0.9951872199970213), real(0.0123412297999872), reach, sin_c, cos_c, k2, top)
     return real(2.0) * reach * j, real(2.0) * reach * js
 
 
 @portable
-def _weigh(total: real, square: real, start: real, stop: real, width: real, k2: real, base: real):
-    """(total, square) with a piece added in its true size, exp(base - k2 sin^2 v) clamped."""
+def _weigh(start: real, stop: real, width: real, k2: real, base: real):
+    """Integrals of exp(base - k2 sin^2 v), clamped, and of that times sin^2 v, over start..stop in 0..pi/2."""
     sin = math.sin(start)
     exponent = base - k2 * sin * sin
     if exponent < real(NOTHING) or width <= real(0.0):
-        return total, square
+        return real(0.0), real(0.0)
     j, js = _piece(start, stop, width, k2)
     top = math.exp(min(exponent, real(EXPONENT_LIMIT)))
-    return total + top * j, square + top * js
+    return top * j, top * js
 
 
 @portable
-def _from_peak(total: real, square: real, stop: real, k2: real, base: real):
-    """(total, square) with the range 0..stop added, stop <= pi / 2."""
+def _fall(start: real, stop: real, width: real, k2: real, base: real):
+    """As `_weigh`, in two pieces where one rule would not do."""
+    middle = real(QUARTER_PI)
+    if k2 < real(BROAD) or start >= middle or stop <= middle:
+        return _weigh(start, stop, width, k2, base)
+    j, js = _weigh(start, middle, middle - start, k2, base)
+    j_low, js_low = _weigh(middle, stop, stop - middle, k2, base)
+    return j + j_low, js + js_low
+
+
+@portable
+def _from_peak(stop: real, k2: real, base: real):
+    """As `_weigh` over 0..stop, stop <= pi / 2: directly, or as the whole quarter less a smaller rest."""
     sin = math.sin(stop)
-    if stop < real(HALF_PI) and k2 * sin * sin < real(CUT):
-        return _weigh(total, square, real(0.0), stop, stop, k2, base)
+    beyond = k2 * sin * sin > _cut()
+    if stop <= real(QUARTER_PI) and not beyond:
+        return _weigh(real(0.0), stop, stop, k2, base)
     i0, difference, _ = bessel_scaled(real(0.5) * k2)
     top = math.exp(min(base, real(EXPONENT_LIMIT)))
-    return total + real(HALF_PI) * top * i0, square + real(0.5) * real(HALF_PI) * top * difference
+    j = real(HALF_PI) * top * i0
+    js = real(QUARTER_PI) * top * difference
+    if beyond:
+        return j, js
+    j_rest, js_rest = _weigh(stop, real(HALF_PI), real(HALF_PI) - stop, k2, base)
+    return j - j_rest, js - js_rest
 
 
 @portable
 def _range_integrals(near: real, far: real, width: real, k2: real, base: real):
-    """Integrals of exp(base - k2 sin^2 v), and of that times sin^2 v, over v = near..far; |near| <= far <= pi."""
-    total = real(0.0)
-    square = real(0.0)
+    """As `_weigh` over near..far; |near| <= far <= pi."""
     quarter = real(HALF_PI)
-    if near < real(0.0):
-        total, square = _from_peak(total, square, -near, k2, base)
-        total, square = _from_peak(total, square, min(far, quarter), k2, base)
-        if far > quarter:
-            return _weigh(total, square, real(2.0) * quarter - far, quarter, far - quarter, k2, base)
-        return total, square
-    if far <= quarter:
-        return _weigh(total, square, near, far, width, k2, base)
     if near >= quarter:
-        return _weigh(total, square, real(2.0) * quarter - far, real(2.0) * quarter - near, width, k2, base)
-    total, square = _weigh(total, square, near, quarter, quarter - near, k2, base)
-    return _weigh(total, square, real(2.0) * quarter - far, quarter, far - quarter, k2, base)
+        return _fall(real(2.0) * quarter - far, real(2.0) * quarter - near, width, k2, base)
+    if near >= real(0.0) and far <= quarter:
+        return _fall(near, far, width, k2, base)
+    if near >= real(0.0):
+        j, js = _fall(near, quarter, quarter - near, k2, base)
+    else:
+        j, js = _from_peak(-near, k2, base)
+        j_far, js_far = _from_peak(min(far, quarter), k2, base)
+        j += j_far
+        js += js_far
+    if far > quarter:
+        j_far, js_far = _fall(real(2.0) * quarter - far, quarter, far - quarter, k2, base)
+        j += j_far
+        js += js_far
+    return j, js
 
 
 @portable

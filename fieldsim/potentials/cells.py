@@ -58,6 +58,17 @@ def register_jet(kernel: type, primitive: type, element: Portable) -> None:
     CELLS_JET[kernel, primitive] = element
 
 
+@portable
+def _value_and_gradient(x: real, y: real, z: real, rows: Table, i: int):
+    f, fx, fy, fz, _xx, _yy, _zz, _xy, _xz, _yz = jet(x, y, z, rows, i)  # noqa: F821 - bound by `without_hessian`
+    return f, fx, fy, fz
+
+
+def without_hessian(element: Portable) -> Portable:
+    """The element that returns (F, Fx, Fy, Fz) alone; compilers drop what it leaves unused."""
+    return _value_and_gradient.bind(jet=element)
+
+
 def cell_of(kernel, primitive) -> Cell:
     """The cell of a kernel and a primitive (instances)."""
     try:

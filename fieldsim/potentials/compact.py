@@ -4,9 +4,8 @@ import math
 
 from fieldsim.portable import portable, real
 from fieldsim.potentials.cells import register_jet
-from fieldsim.potentials.jets import point_jet
 from fieldsim.potentials.kernels import Metaball, Quartic, SoftObject
-from fieldsim.potentials.point import Point
+from fieldsim.potentials.point import Point, point_jet
 
 
 @portable

@@ -9,9 +9,8 @@ import math
 from fieldsim.portable import portable, real
 from fieldsim.potentials.cells import register_jet
 from fieldsim.potentials.compact import quartic, soft_object
-from fieldsim.potentials.jets import segment_jet
 from fieldsim.potentials.kernels import Metaball, Quartic, SoftObject
-from fieldsim.potentials.segment import Segment
+from fieldsim.potentials.segment import Segment, segment_jet
 from fieldsim.potentials.special import log1p
 
 

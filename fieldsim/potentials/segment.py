@@ -17,20 +17,21 @@ import numpy as np
 from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.portable import Table, portable, real
-from fieldsim.potentials.cells import register
+from fieldsim.potentials.cells import register, register_jet, without_hessian
 from fieldsim.potentials.error_functions import erfcx
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
-from fieldsim.potentials.point import EXPONENT_LIMIT
+from fieldsim.potentials.point import EXPONENT_LIMIT, FAR
 from fieldsim.potentials.primitive import Primitive
-from fieldsim.potentials.special import log1p
+from fieldsim.potentials.special import log1p, sine_sixth
 
 HALF_SQRT_PI = math.sqrt(math.pi) / 2
 # Below this width in units of 1/a a Gaussian segment is integrated by eight Gauss-Legendre nodes, exact to rounding.
 SHORT = 0.5
-# Closer to the line than 1e-3 of the distance along it (squared), the offset across is computed with care.
-CLOSE = 1e-6
-# Half the digits of float64: t + SPLIT rounds t to multiples of 2^-26.
+# Closer to the line than 0.1 of the distance along it (squared), the offset across is computed with care.
+CLOSE = 1e-2
+# Half the digits of float64: t + SPLIT rounds t to multiples of 2^-26; the same of float32.
 SPLIT = 2.0**26
+SPLIT_SINGLE = 2.0**11
 COS_30 = math.sqrt(0.75)
 
 
@@ -68,11 +69,11 @@ def _plain(point):
 
 
 @portable
-def _bulge(sin: real, cos: real, angle: real):
-    """Integrals of sin^2 and of sin^4 from 0 to `angle` (0..pi), each to rounding; sin and cos are the angle's."""
+def _bulge(sin: real, cos: real):
+    """Integrals of sin^2 and of sin^4 from 0 to the angle (0..pi) of the given sine and cosine, each to rounding."""
     cube = sin * sin * sin
     if cos < real(COS_30):
-        square = real(0.5) * (angle - sin * cos)
+        square = real(0.5) * (math.atan2(sin, cos) - sin * cos)
         return square, real(0.75) * square - real(0.25) * cube * cos
     # Small angles, where these differences cancel: a Chebyshev series in t^2 = tan(angle / 2)^2 <= 0.0718.
     t = sin / (real(1.0) + cos)
@@ -94,11 +95,11 @@ def _bulge(sin: real, cos: real, angle: real):
 
 @portable
 def cauchy_segment(lo: real, rho2: real, length: real, s: real, fold: real):
-    """(F, dF/dlo, dF/d(rho2)) of the Cauchy kernel.
+    """Local derivatives for `segment_jet`, of the Cauchy kernel.
 
     Relative error < 1e-13, also far beyond the ends. With q = (c/s) tan(phi), c^2 = 1 + s^2 rho2, the integrals are
-    those of cos^2 and cos^4 over phi; written in the difference of the two phi's (both arctangents combined) and the
-    product of their cosines, every term is positive beyond the ends. Sherstyuk 1999, eq. 2.21, recast.
+    those of cos^2, cos^4 and cos^6 over phi; written in the difference of the two phi's (both arctangents combined) and
+    the product of their cosines, every term is positive beyond the ends. Sherstyuk 1999, eq. 2.21, recast.
     """
     hi = lo + length
     c2 = real(1.0) + s * s * rho2
@@ -109,11 +110,24 @@ def cauchy_segment(lo: real, rho2: real, length: real, s: real, fold: real):
     sin = s * length * c * root
     cos = (c2 + s * s * lo * hi) * root
     product = c2 * root
-    square, fourth = _bulge(sin, cos, math.atan2(sin, cos))
+    square, fourth = _bulge(sin, cos)
+    sixth = sine_sixth(sin, cos, fourth)
+    cube = sin * sin * sin
     f = (product * sin + square) / (s * c2 * c)
-    curve = product * (product * sin * cos + sin * sin * sin) + fourth
-    along = -s * s * length * (lo + hi) * w_lo * w_hi * (w_lo + w_hi)
-    return f, along, -real(2.0) * s * curve / (c2 * c2 * c)
+    cos4 = product * (product * sin * cos + cube) + fourth
+    cos6 = product * sin * (real(4.0) * cos * cos - real(1.0)) / real(3.0) + real(2.0) * cube * cos
+    cos6 = product * (product * cos6 + cube * sin * sin) + sixth
+    step = s * s * length * (lo + hi) * w_lo * w_hi
+    step3 = step * (w_lo * w_lo + w_lo * w_hi + w_hi * w_hi)
+    per = s / (c2 * c2 * c)
+    return (
+        f,
+        -step * (w_lo + w_hi),
+        -real(4.0) * per * cos4,
+        real(4.0) * s * s * (lo * step3 - length * w_hi * w_hi * w_hi),
+        real(4.0) * s * s * math.sqrt(rho2) * step3,
+        real(24.0) * per * (s * s * rho2 / c2) * cos6,
+    )
 
 
 @portable
@@ -145,7 +159,7 @@ def _short_gaussian(lo: real, width: real, exponent: real):
 
 @portable
 def gaussian_segment(lo: real, rho2: real, length: real, a: real, fold: real):
-    """(F, dF/dlo, dF/d(rho2)) of the Gaussian exp(fold - a^2 r^2), its exponent clamped at EXPONENT_LIMIT.
+    """Local derivatives for `segment_jet`, of exp(fold - a^2 r^2), its exponent clamped at EXPONENT_LIMIT.
 
     Error < 1e-14 of F plus 1e-16 of the peak. Beyond the end erfc(lo) - erfc(hi) is taken in scaled form, so that a
     large fold and a vanishing erfc meet as one exponent.
@@ -156,7 +170,8 @@ def gaussian_segment(lo: real, rho2: real, length: real, a: real, fold: real):
     exponent = fold - a * a * rho2
     if width < real(SHORT):
         f, slope = _short_gaussian(q_lo, width, exponent)
-        return f / a, slope, -a * f
+        far = math.exp(min(exponent - q_hi * q_hi, real(EXPONENT_LIMIT)))
+        return _gaussian_jet(lo, rho2, length, a, f / a, slope, far)
     drop = math.exp(-width * (q_lo + q_hi))
     end = math.exp(min(exponent - q_lo * q_lo, real(EXPONENT_LIMIT)))
     if q_lo > real(0.0):
@@ -164,12 +179,27 @@ def gaussian_segment(lo: real, rho2: real, length: real, a: real, fold: real):
     else:
         f = math.exp(min(exponent, real(EXPONENT_LIMIT))) * (math.erf(q_hi) + math.erf(-q_lo))
     f *= real(HALF_SQRT_PI) / a
-    return f, end * (drop - real(1.0)), -a * a * f
+    return _gaussian_jet(lo, rho2, length, a, f, end * (drop - real(1.0)), end * drop)
+
+
+@portable
+def _gaussian_jet(lo: real, rho2: real, length: real, a: real, f: real, along: real, far: real):
+    """Local derivatives of a Gaussian segment from F, dF/dlo and h at the far end."""
+    a2 = a * a
+    across = -real(2.0) * a2 * f
+    return (
+        f,
+        along,
+        across,
+        -real(2.0) * a2 * (lo * along + length * far),
+        -real(2.0) * a2 * math.sqrt(rho2) * along,
+        -real(2.0) * across * min(a2 * rho2, real(FAR)),
+    )
 
 
 @portable
 def newtonian_segment(lo: real, rho2: real, length: real, softening: real, fold: real):
-    """(F, dF/dlo, dF/d(rho2)) of 1/sqrt(r^2 + softening^2). Relative error < 1e-14 everywhere off the wire.
+    """Local derivatives for `segment_jet`, of 1/sqrt(r^2 + softening^2). Relative error < 1e-14 off the wire.
 
     On an unsoftened wire F is inf, the slope across 0, and the slope along that of the finite ends (0 at an end).
     """
@@ -177,25 +207,42 @@ def newtonian_segment(lo: real, rho2: real, length: real, softening: real, fold:
     d2 = rho2 + softening * softening
     r_lo = math.sqrt(lo * lo + d2)
     r_hi = math.sqrt(hi * hi + d2)
-    if r_lo == real(0.0):
-        return real(math.inf), real(0.0), real(0.0)
-    along = -(length / r_lo) * ((lo + hi) / r_hi) / (r_lo + r_hi)
-    if lo > real(0.0):
-        across = -real(0.5) * (length / r_lo) * ((lo + hi) / r_hi) / (hi * r_lo + lo * r_hi)
+    zero = real(0.0)
+    if r_lo == zero:
+        return real(math.inf), zero, zero, zero, zero, zero
+    i_lo = real(1.0) / r_lo
+    i_hi = real(1.0) / r_hi
+    along = -(length * i_lo) * ((lo + hi) * i_hi) / (r_lo + r_hi)
+    squares = i_lo * i_lo + i_lo * i_hi + i_hi * i_hi
+    along_along = -(lo * along) * squares - length * i_hi * i_hi * i_hi
+    # The integral of 1 / r^3; what that of 1 / r^5 has beside terms of the ends; what F is the logarithm of.
+    if lo > zero:
+        across = (length * i_lo) * ((lo + hi) * i_hi) / (hi * r_lo + lo * r_hi)
+        rest = (rho2 * i_lo * i_hi) * (d2 + lo * lo + hi * hi) / (r_lo * r_hi + lo * hi)
         excess = d2 / (r_lo + lo) + d2 / (r_hi + hi) + real(2.0) * lo
-        return log1p(real(2.0) * length / excess), along, across
-    excess = d2 / (r_lo - lo) + d2 / (r_hi + hi)
-    if excess == real(0.0):
-        return real(math.inf), along, real(0.0)
-    return log1p(real(2.0) * length / excess), along, -real(0.5) * (hi / r_hi - lo / r_lo) / d2
+    else:
+        excess = d2 / (r_lo - lo) + d2 / (r_hi + hi)
+        if excess == zero:
+            return real(math.inf), along, zero, along_along, zero, zero
+        across = (hi * i_hi - lo * i_lo) / d2
+        rest = (rho2 / d2) * (real(1.0) - (lo * i_lo) * (hi * i_hi))
+    ends = rho2 * i_lo * i_lo + rho2 * i_hi * i_hi
+    return (
+        log1p(real(2.0) * length / excess),
+        along,
+        -across,
+        along_along,
+        -(math.sqrt(rho2) * along) * squares,
+        across * (ends + rest),
+    )
 
 
 @portable
 def _remainder(p: real, near: real, far: real, t_high: real, t_low: real, grid: real):
-    """(p - near) - t (far - near) with an error of 2^-79 of the segment instead of 2^-53, in one coordinate.
+    """(p - near) - t (far - near) with an error of 2^-79 (float32: 2^-35) of the segment, in one coordinate.
 
     Differences carry their rounding errors along; t and the edge are split so that the leading product is exact. (Only
-    sums and exact products are relied on: a compiler may fuse them. In single precision nothing is split.)
+    sums and exact products are relied on: a compiler may fuse them.)
     """
     d = p - near
     back = d - p
@@ -210,7 +257,11 @@ def _remainder(p: real, near: real, far: real, t_high: real, t_low: real, grid: 
 
 
 @portable
-def _element(x: real, y: real, z: real, rows: Table, i: int):
+def segment_jet(x: real, y: real, z: real, rows: Table, i: int):
+    """Jet of a segment, in the coordinates of `segment`: lo along, rho across.
+
+    `kernel(lo, rho2, length, width, fold)` returns (F, F_lo, F_rho / rho, F_lolo, F_lorho, F_rhorho - F_rho / rho).
+    """
     length = rows[i, 2]
     ux = rows[i, 14]
     uy = rows[i, 15]
@@ -234,8 +285,11 @@ def _element(x: real, y: real, z: real, rows: Table, i: int):
     if rho2 < real(CLOSE) * lo * lo:
         # Close to the line what is left of the offset is mostly rounding; once more, with care.
         t = -lo / length
-        t_high = (t + real(SPLIT)) - real(SPLIT)
-        grid = real(2.0) * real(SPLIT) * length
+        split = real(SPLIT)
+        if real(1.0) + real(1e-10) == real(1.0):
+            split = real(SPLIT_SINGLE)
+        t_high = (t + split) - split
+        grid = real(2.0) * split * length
         wx = _remainder(x, rows[i, near], rows[i, far], t_high, t - t_high, grid)
         wy = _remainder(y, rows[i, near + 1], rows[i, far + 1], t_high, t - t_high, grid)
         wz = _remainder(z, rows[i, near + 2], rows[i, far + 2], t_high, t - t_high, grid)
@@ -244,12 +298,44 @@ def _element(x: real, y: real, z: real, rows: Table, i: int):
         wy -= along * uy
         wz -= along * uz
         rho2 = wx * wx + wy * wy + wz * wz
-    f, slope, across = kernel(lo, rho2, length, rows[i, 1], rows[i, 4])  # noqa: F821 - bound below
+    f, slope, across, slope_slope, mixed, bend = kernel(lo, rho2, length, rows[i, 1], rows[i, 4])  # noqa: F821
+    f *= rows[i, 0]
     slope *= out * rows[i, 0]
-    across *= real(2.0) * rows[i, 0]
-    return f * rows[i, 0], slope * ux + across * wx, slope * uy + across * wy, slope * uz + across * wz
+    across *= rows[i, 0]
+    mixed *= out * rows[i, 0]
+    bend *= rows[i, 0]
+    if not abs(slope + across) < real(math.inf):
+        slope = real(0.0)
+        across = real(0.0)
+    gx = slope * ux + across * wx
+    gy = slope * uy + across * wy
+    gz = slope * uz + across * wz
+    # The Hessian is `across` in all directions, what it has more along, and the rest with the offset from the line.
+    lift = slope_slope * rows[i, 0] - across
+    if not abs(lift + mixed + bend) < real(math.inf):
+        across = real(0.0)
+        lift = real(0.0)
+        mixed = real(0.0)
+        bend = real(0.0)
+    rho = math.sqrt(rho2)
+    if rho > real(0.0):
+        wx /= rho
+        wy /= rho
+        wz /= rho
+    return (
+        f,
+        gx,
+        gy,
+        gz,
+        across + lift * ux * ux + real(2.0) * mixed * ux * wx + bend * wx * wx,
+        across + lift * uy * uy + real(2.0) * mixed * uy * wy + bend * wy * wy,
+        across + lift * uz * uz + real(2.0) * mixed * uz * wz + bend * wz * wz,
+        lift * ux * uy + mixed * (ux * wy + uy * wx) + bend * wx * wy,
+        lift * ux * uz + mixed * (ux * wz + uz * wx) + bend * wx * wz,
+        lift * uy * uz + mixed * (uy * wz + uz * wy) + bend * wy * wz,
+    )
 
 
-register(Cauchy, Segment, _element.bind(kernel=cauchy_segment))
-register(Gaussian, Segment, _element.bind(kernel=gaussian_segment))
-register(Newtonian, Segment, _element.bind(kernel=newtonian_segment))
+for _kernel, _local in ((Cauchy, cauchy_segment), (Gaussian, gaussian_segment), (Newtonian, newtonian_segment)):
+    register_jet(_kernel, Segment, segment_jet.bind(kernel=_local))
+    register(_kernel, Segment, without_hessian(segment_jet.bind(kernel=_local)))

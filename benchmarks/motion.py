@@ -1,0 +1,84 @@
+"""How fast particles move: particle-steps a second of wall time, leapfrog, float64, kernels compiled beforehand."""
+
+import time
+
+import numpy as np
+
+from fieldsim.dynamics.integrators import Leapfrog
+from fieldsim.dynamics.simulation import Simulation
+from fieldsim.launch import THREADS
+from fieldsim.potentials.circle import Circle
+from fieldsim.potentials.kernels import Newtonian
+from fieldsim.potentials.segment import Segment
+from fieldsim.world.body import Body, Bounce
+from fieldsim.world.material import Material
+from fieldsim.world.motion import Spin
+from fieldsim.world.world import World
+
+DONUT = Circle((0, 0, 0), (0, 0, 1), 1.0)
+CIGAR = Segment((-1, 0, 0), (1, 0, 0))
+DT = 1e-3
+CLAY = Material(radius=0.25, blobbiness=-4.0)
+
+
+def rows(repeats: int = 3):
+    """Particle-steps a second, the best of `repeats` runs."""
+    every = f"{THREADS} cores"
+    for name, count, steps, threads, options in (
+        ("donut", 1000, 1000, 1, {"skeleton": DONUT}),
+        ("donut", 1000, 1000, THREADS, {"skeleton": DONUT}),
+        ("cigar", 1000, 1000, 1, {"skeleton": CIGAR}),
+        ("cigar", 1000, 1000, THREADS, {"skeleton": CIGAR}),
+        ("spinning cigar", 1000, 1000, 1, {"skeleton": CIGAR, "motion": Spin()}),
+        ("donut", 100_000, 100, THREADS, {"skeleton": DONUT}),
+        ("donut with bounces", 1000, 1000, 1, {"skeleton": DONUT, "surface": CLAY}),
+        ("donut with bounces", 1000, 1000, THREADS, {"skeleton": DONUT, "surface": CLAY}),
+    ):
+        simulation = _simulation(count, threads, options)
+        cores = "1 core" if threads == 1 else every
+        yield {
+            "name": f"{name}, {count} particles x {steps} steps, {cores}",
+            "value": _speed(simulation, steps, repeats),
+            "unit": "particle-steps/s",
+        }
+    simulation = _settled(1000)
+    yield {
+        "name": "pebbles at rest on the donut, 1000 particles x 1000 steps, 1 core",
+        "value": _speed(simulation, 1000, repeats),
+        "unit": "particle-steps/s",
+    }
+
+
+def _simulation(count, threads, options):
+    """Particles falling from a shell of radii 2 to 3 around one body; they bounce if it has a surface."""
+    rng = np.random.default_rng(1)
+    directions = rng.normal(size=(count, 3))
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    positions = directions * rng.uniform(2.0, 3.0, (count, 1))
+    world = World()
+    world.add_body(Body(gravity=Newtonian(), mass=1.0, **options))
+    contact = Bounce(0.6) if "surface" in options else None
+    world.add_particles(positions, 0.2 * np.cross(positions, (0, 0, 1)), contact=contact)
+    return Simulation(world, Leapfrog(DT), threads=threads)
+
+
+def _settled(count):
+    """Pebbles that lie along the outer equator of the donut, where its pull is straight down."""
+    angle = np.linspace(0.0, 2 * np.pi, count, endpoint=False)
+    rim = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(count)])
+    world = World()
+    world.add_body(Body(DONUT, gravity=Newtonian(), mass=1.0, surface=CLAY))
+    world.add_particles(1.3 * rim, np.zeros((count, 3)), contact=Bounce(0.2))
+    simulation = Simulation(world, Leapfrog(DT), threads=1)
+    simulation.advance(2.0)
+    return simulation
+
+
+def _speed(simulation, steps, repeats):
+    simulation.advance(simulation.time + DT)  # compiles
+    best = 0.0
+    for _ in range(repeats):
+        before, start = simulation.steps_done, time.perf_counter()
+        simulation.advance(simulation.time + steps * DT)
+        best = max(best, (simulation.steps_done - before) / (time.perf_counter() - start))
+    return best

@@ -1,0 +1,87 @@
+"""Perspective cameras."""
+
+import dataclasses
+import math
+
+import numpy as np
+
+from fieldsim import validate
+from fieldsim.errors import InputError
+from fieldsim.world.motion import value_at
+
+
+@dataclasses.dataclass(frozen=True)
+class Camera:
+    """A perspective camera at `eye`, looking at `look_at`. Every field may be a function of time, such as Keyframes.
+
+    up: the direction that is up in the picture; where the view is along `up`, another axis stands in for it.
+    fov: the vertical angle of view in degrees, in (0, 180); the horizontal one follows from the picture's shape.
+    """
+
+    eye: tuple[float, float, float]
+    look_at: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    up: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    fov: float = 40.0
+
+    def __post_init__(self):
+        if not self.animated:
+            self._check()
+
+    @classmethod
+    def orbit(cls, look_at=(0.0, 0.0, 0.0), radius=5.0, height=2.0, period=20.0, phase=0.0, *, fov=40.0) -> "Camera":
+        """A camera that circles the vertical axis through `look_at`, looking at it.
+
+        radius: of the circle; height: above `look_at`; period: time of one turn, counterclockwise seen from above
+        (negative: clockwise); phase: angle from the x axis at time 0, in radians. All but period and phase may be
+        functions of time. Raises InputError for a period of 0.
+        """
+        period = validate.number("Camera.orbit", "period", period)
+        phase = validate.number("Camera.orbit", "phase", phase)
+        if period == 0.0:
+            raise InputError("Camera.orbit: period is 0; give the time of one turn, or use a Camera that stands still")
+
+        def eye(time):
+            center = np.asarray(value_at(look_at, time), dtype=float)
+            angle = phase + 2.0 * math.pi * time / period
+            turned = value_at(radius, time) * np.array([math.cos(angle), math.sin(angle), 0.0])
+            return center + turned + np.array([0.0, 0.0, value_at(height, time)])
+
+        camera = cls(eye, look_at, fov=fov)
+        camera.at(0.0)
+        return camera
+
+    @property
+    def animated(self) -> bool:
+        """Whether any field is a function of time."""
+        return any(callable(getattr(self, field.name)) for field in dataclasses.fields(self))
+
+    def at(self, time: float) -> "Camera":
+        """The camera at `time`, checked; itself where nothing is animated."""
+        if not self.animated:
+            return self
+        return Camera(**{f.name: value_at(getattr(self, f.name), time) for f in dataclasses.fields(self)})
+
+    def axes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Unit vectors (right, up, forward) of a camera that is not animated."""
+        # The eye's own size could swallow the difference, so the difference is scaled before it is normalised.
+        forward = np.asarray(self.look_at) - np.asarray(self.eye)
+        forward = forward / np.max(np.abs(forward))
+        forward /= np.linalg.norm(forward)
+        up = np.asarray(self.up)
+        right = np.cross(forward, up)
+        if np.linalg.norm(right) < 1e-6:
+            # The view is along `up`: the axis least along the view stands in for it.
+            right = np.cross(forward, np.eye(3)[1 if abs(forward[1]) < 0.9 else 0])
+        right /= np.linalg.norm(right)
+        return right, np.cross(right, forward), forward
+
+    def _check(self):
+        for name in ("eye", "look_at"):
+            object.__setattr__(self, name, validate.vector("Camera", name, getattr(self, name)))
+        object.__setattr__(self, "up", validate.direction("Camera", "up", self.up))
+        if self.eye == self.look_at:
+            raise InputError(f"Camera: eye and look_at are both {self.eye}; move one of them")
+        fov = validate.number("Camera", "fov", self.fov, above=0.0)
+        if not fov < 180.0:
+            raise InputError(f"Camera: fov is {fov:g}; give a vertical angle of view below 180 degrees")
+        object.__setattr__(self, "fov", fov)

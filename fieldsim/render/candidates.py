@@ -1,0 +1,240 @@
+"""Which capsules each screen tile sees, sorted by depth: the candidates of its primary rays.
+
+Built per frame: every capsule counts the tiles that it touches, a scan gives it room, it writes its tiles down, and a
+stable sort by tile leaves each tile's capsules from near to far. There is no cap on their number.
+"""
+
+# ruff: noqa: UP018, RUF046 - float(0.0) and int(0) make variables that Warp lets a loop change
+
+import dataclasses
+
+import numpy as np
+import warp as wp
+
+from fieldsim.launch import launch
+
+TILE = 8  # pixels
+
+
+@wp.struct
+class View:
+    """A camera at the origin. Directions: pixel (x, y) is seen along corner + x across + y down."""
+
+    corner: wp.vec3
+    across: wp.vec3
+    down: wp.vec3
+    right: wp.vec3
+    up: wp.vec3
+    forward: wp.vec3
+    width: int
+    height: int
+    tiles: int  # across
+    pixel: float  # size of a pixel in the plane at distance 1
+
+
+@wp.struct
+class Candidates:
+    """Tile i's candidates are ids[first[i]:first[i + 1]], from near to far; near: least distance of each capsule."""
+
+    first: wp.array(dtype=int)
+    ids: wp.array(dtype=int)
+    near: wp.array(dtype=float)
+
+
+@wp.func
+def direction(view: View, x: float, y: float):
+    """Unit direction through the point (x, y) of the picture, in pixels."""
+    return wp.normalize(view.corner + x * view.across + y * view.down)
+
+
+@wp.func
+def _tangents(x: float, z: float, radius: float):
+    """Least and greatest x/z over a disc at (x, z), z > radius."""
+    angle = wp.atan2(x, z)
+    spread = wp.asin(wp.min(radius / wp.sqrt(x * x + z * z), 1.0))
+    return wp.tan(wp.max(angle - spread, -1.57)), wp.tan(wp.min(angle + spread, 1.57))
+
+
+@wp.func
+def _extent(view: View, center: wp.vec3, radius: float):
+    """Pixel rectangle (x0, x1, y0, y1) of a sphere; all of the picture where it reaches behind the eye."""
+    w = float(view.width)
+    h = float(view.height)
+    z = wp.dot(center, view.forward)
+    if z <= radius * 1.0001:
+        return wp.vec4(0.0, w, 0.0, h)
+    x0, x1 = _tangents(wp.dot(center, view.right), z, radius)
+    y0, y1 = _tangents(wp.dot(center, view.up), z, radius)
+    return wp.vec4(
+        0.5 * w + x0 / view.pixel, 0.5 * w + x1 / view.pixel, 0.5 * h - y1 / view.pixel, 0.5 * h - y0 / view.pixel
+    )
+
+
+@wp.func
+def _rectangle(view: View, start: wp.vec3, end: wp.vec3, radius: float):
+    """Tiles (x0, x1, y0, y1), inclusive, that may see a capsule; x0 > x1 for one behind the eye."""
+    if wp.max(wp.dot(start, view.forward), wp.dot(end, view.forward)) + radius <= 0.0:
+        return wp.vec4i(0, -1, 0, -1)
+    a = _extent(view, start, radius)
+    b = _extent(view, end, radius)
+    size = float(TILE)
+    last_x = float(view.tiles - 1)
+    last_y = float((view.height + TILE - 1) // TILE - 1)
+    if wp.max(a[1], b[1]) < 0.0 or wp.min(a[0], b[0]) > float(view.width):
+        return wp.vec4i(0, -1, 0, -1)
+    if wp.max(a[3], b[3]) < 0.0 or wp.min(a[2], b[2]) > float(view.height):
+        return wp.vec4i(0, -1, 0, -1)
+    return wp.vec4i(
+        int(wp.clamp(wp.floor(wp.min(a[0], b[0]) / size), 0.0, last_x)),
+        int(wp.clamp(wp.floor(wp.max(a[1], b[1]) / size), 0.0, last_x)),
+        int(wp.clamp(wp.floor(wp.min(a[2], b[2]) / size), 0.0, last_y)),
+        int(wp.clamp(wp.floor(wp.max(a[3], b[3]) / size), 0.0, last_y)),
+    )
+
+
+@wp.func
+def _touches(view: View, tx: int, ty: int, start: wp.vec3, end: wp.vec3, radius: float):
+    """Whether the cone around tile (tx, ty) meets a capsule."""
+    x = float(tx * TILE)
+    y = float(ty * TILE)
+    size = float(TILE)
+    axis = direction(view, x + 0.5 * size, y + 0.5 * size)
+    nearest = wp.min(
+        wp.min(wp.dot(axis, direction(view, x, y)), wp.dot(axis, direction(view, x + size, y))),
+        wp.min(wp.dot(axis, direction(view, x, y + size)), wp.dot(axis, direction(view, x + size, y + size))),
+    )
+    cosine = nearest - 1.0e-6
+    sine = wp.sqrt(wp.max(1.0 - cosine * cosine, 0.0))
+    # Along the capsule's line, position z along the axis and vector q across it are linear in u.
+    z = wp.dot(start, axis)
+    q = start - z * axis
+    along = end - start
+    dz = wp.dot(along, axis)
+    dq = along - dz * axis
+    # cosine |q| - sine z is convex in u; where its slope vanishes, (u - u0)^2 (A^2 - k^2 A) = k^2 B.
+    u = float(0.0)
+    A = wp.dot(dq, dq)
+    if A > 0.0:
+        u0 = -wp.dot(q, dq) / A
+        closest = q + u0 * dq
+        k = dz * sine / cosine
+        if A > k * k:
+            u = u0 + k * wp.sqrt(wp.dot(closest, closest) / (A * (A - k * k)))
+        elif k > 0.0:
+            u = 1.0
+    elif dz > 0.0:
+        u = 1.0
+    u = wp.clamp(u, 0.0, 1.0)
+    distance = cosine * wp.length(q + u * dq) - sine * (z + u * dz)
+    return distance <= radius * 1.0001
+
+
+@wp.kernel(enable_backward=False)
+def _count(
+    begin: int,
+    view: View,
+    order: wp.array(dtype=int),
+    start: wp.array(dtype=wp.vec3),
+    end: wp.array(dtype=wp.vec3),
+    radius: wp.array(dtype=float),
+    count: wp.array(dtype=int),
+):
+    rank = begin + wp.tid()
+    i = order[rank]
+    r = _rectangle(view, start[i], end[i], radius[i])
+    n = int(0)
+    for ty in range(r[2], r[3] + 1):
+        for tx in range(r[0], r[1] + 1):
+            if _touches(view, tx, ty, start[i], end[i], radius[i]):
+                n += 1
+    count[rank] = n
+
+
+@wp.kernel(enable_backward=False)
+def _fill(
+    begin: int,
+    view: View,
+    order: wp.array(dtype=int),
+    start: wp.array(dtype=wp.vec3),
+    end: wp.array(dtype=wp.vec3),
+    radius: wp.array(dtype=float),
+    last: wp.array(dtype=int),
+    tile: wp.array(dtype=int),
+    ids: wp.array(dtype=int),
+):
+    rank = begin + wp.tid()
+    i = order[rank]
+    r = _rectangle(view, start[i], end[i], radius[i])
+    slot = int(0)
+    if rank > 0:
+        slot = last[rank - 1]
+    for ty in range(r[2], r[3] + 1):
+        for tx in range(r[0], r[1] + 1):
+            if _touches(view, tx, ty, start[i], end[i], radius[i]):
+                tile[slot] = ty * view.tiles + tx
+                ids[slot] = i
+                slot += 1
+
+
+@wp.kernel(enable_backward=False)
+def _starts(begin: int, tile: wp.array(dtype=int), total: int, first: wp.array(dtype=int)):
+    # first[k]: the number of entries with a tile below k, by bisection.
+    k = begin + wp.tid()
+    low = int(0)
+    high = int(total)
+    while low < high:
+        middle = (low + high) // 2
+        if tile[middle] < k:
+            low = middle + 1
+        else:
+            high = middle
+    first[k] = low
+
+
+@dataclasses.dataclass
+class Capsules:
+    """Capsules on a device: start, end (vec3) and radius, relative to the eye; near: least distance from the eye."""
+
+    start: wp.array
+    end: wp.array
+    radius: wp.array
+    near: np.ndarray
+
+
+def capsules(start, end, radius, device) -> Capsules:
+    """Capsules (N, 3), (N, 3), (N,) uploaded."""
+    along = end - start
+    length2 = np.maximum(np.einsum("ij,ij->i", along, along), 1e-300)
+    u = np.clip(-np.einsum("ij,ij->i", start, along) / length2, 0.0, 1.0)
+    closest = start + u[:, None] * along
+    # Rounded down a little: a near distance is a promise.
+    near = np.maximum(np.sqrt(np.einsum("ij,ij->i", closest, closest)) * (1 - 1e-6) - radius * (1 + 1e-6), 0.0)
+    return Capsules(
+        wp.array(start, dtype=wp.vec3, device=device),
+        wp.array(end, dtype=wp.vec3, device=device),
+        wp.array(radius, dtype=float, device=device),
+        near.astype(np.float32),
+    )
+
+
+def candidates(view, shapes: Capsules, device) -> Candidates:
+    """The tile lists of a view."""
+    number = len(shapes.near)
+    tiles = view.tiles * -(-view.height // TILE)
+    order = wp.array(np.argsort(shapes.near, kind="stable").astype(np.int32), dtype=int, device=device)
+    last = wp.zeros(max(number, 1), dtype=int, device=device)
+    geometry = [view, order, shapes.start, shapes.end, shapes.radius]
+    launch(_count, number, geometry, [last], device=device, grain=64)
+    wp.utils.array_scan(last, last, inclusive=True)
+    total = int(last[number - 1 :].numpy()[0]) if number else 0
+    tile = wp.empty(max(2 * total, 1), dtype=int, device=device)
+    ids = wp.empty(max(2 * total, 1), dtype=int, device=device)
+    launch(_fill, number, [*geometry, last], [tile, ids], device=device, grain=64)
+    if total:
+        wp.utils.radix_sort_pairs(tile, ids, total, end_bit=max(int(tiles).bit_length(), 1))
+    lists = Candidates()
+    lists.first = wp.empty(tiles + 1, dtype=int, device=device)
+    lists.ids = ids
+    lists.near = wp.array(shapes.near, dtype=float, device=device)
+    launch(_starts, tiles + 1, [tile, total], [lists.first], device=device)
+    return lists

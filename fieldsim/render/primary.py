@@ -1,0 +1,215 @@
+"""Primary rays: what each sample of the picture sees, from its tile's candidates."""
+
+# ruff: noqa: UP018, RUF046 - float(0.0) and int(0) make variables that Warp lets a loop change
+
+import functools
+
+import warp as wp
+
+from fieldsim.potentials import cells
+from fieldsim.render import hermite
+from fieldsim.render.candidates import TILE, Candidates, View, direction
+from fieldsim.render.shading import BALLS, Balls, Hits
+from fieldsim.render.volumes import pierce, pierce_sphere
+
+_ROOM = wp.constant(32)  # intervals of a ray in local memory
+OVERFLOW = wp.constant(-2)  # a `thing`: the intervals that overlap did not fit
+
+
+@wp.func
+def nearest_ball(d: wp.vec3, tile: int, lists: Candidates, balls: Balls):
+    """(t, index) of the first particle that a ray from the eye hits; t = FOREVER for none."""
+    best = float(hermite.FOREVER)
+    which = int(-1)
+    zero = wp.vec3(0.0, 0.0, 0.0)
+    for k in range(lists.first[tile], lists.first[tile + 1]):
+        i = lists.ids[k]
+        if lists.near[i] > best:
+            break
+        t0, t1 = pierce_sphere(zero, d, balls.center[i], balls.radius[i])
+        # From within, a particle's far side is seen.
+        t = wp.where(t0 > 0.0, t0, t1)
+        if t > 0.0 and t < best:
+            best = t
+            which = i
+    return best, which
+
+
+@functools.cache
+def trace_kernel(kinds_used, in_scratch=False):
+    """The kernel that traces samples. in_scratch: intervals live in global memory, with room for all elements."""
+    sweep = hermite.first_hit(kinds_used)
+    element = cells.element_field(kinds_used).warp(wp.float32)
+
+    @wp.func
+    def first_surface(
+        d: wp.vec3,
+        far: float,
+        tile: int,
+        scene: hermite.Scene,
+        lists: Candidates,
+        ids: wp.array(dtype=int),
+        t0s: wp.array(dtype=float),
+        t1s: wp.array(dtype=float),
+        room: int,
+    ):
+        """(t, side, count) of the first hit before `far`; t is NO_HIT for none and OVERFLOW where intervals do not fit.
+
+        The tile's candidates are worked through in windows: as many as there is room for, up to the next one's near
+        distance.
+        """
+        o = wp.vec3(0.0, 0.0, 0.0)
+        cursor = int(lists.first[tile])
+        last = lists.first[tile + 1]
+        hit = float(hermite.NO_HIT)
+        side = float(0.0)
+        begin = float(0.0)
+        count = int(0)
+        while begin < far:
+            count = hermite.keep_after(ids, t0s, t1s, count, begin)
+            while cursor < last and count < room:
+                i = lists.ids[cursor]
+                if lists.near[i] >= far:
+                    cursor = last
+                    break
+                t0, t1 = pierce(o, d, scene.shape[i], scene.rows, i, scene.reach[i])
+                if t1 > begin and t0 < t1 and t0 < far:
+                    count = hermite.insert(ids, t0s, t1s, count, i, t0, t1)
+                cursor += 1
+            end = float(far)
+            if cursor < last:
+                end = wp.min(far, lists.near[lists.ids[cursor]])
+            if end <= begin:
+                hit = float(OVERFLOW)
+                break
+            if count > 0:
+                hit, side = sweep(scene, o, d, begin, end, side, ids, t0s, t1s, count)
+            if hit >= 0.0:
+                break
+            begin = float(end)
+        return hit, side, count
+
+    @wp.func
+    def describe(
+        i: int,
+        found: float,
+        side: float,
+        d: wp.vec3,
+        scene: hermite.Scene,
+        hits: Hits,
+        ids: wp.array(dtype=int),
+        t1s: wp.array(dtype=float),
+        count: int,
+    ):
+        """Write normal and material at a hit on the surface: gradients summed, materials mixed by weight."""
+        t = float(found)
+        p = t * d
+        f = float(0.0)
+        slope = wp.vec3(0.0, 0.0, 0.0)
+        color = wp.vec3(0.0, 0.0, 0.0)
+        light = wp.vec4(0.0, 0.0, 0.0, 0.0)
+        most = float(-1.0)
+        width = float(0.0)
+        for k in range(count):
+            if t1s[k] < t:
+                continue
+            j = ids[k]
+            f_j, x, y, z = element(p[0], p[1], p[2], scene.rows, scene.kinds, j)
+            m = scene.owner[j]
+            f += f_j
+            slope += wp.vec3(x, y, z)
+            color += f_j * wp.vec3(scene.materials[m, 0], scene.materials[m, 1], scene.materials[m, 2])
+            light += f_j * wp.vec4(
+                scene.materials[m, 3], scene.materials[m, 4], scene.materials[m, 5], scene.materials[m, 6]
+            )
+            if f_j > most:
+                most = f_j
+                hits.thing[i] = m
+                width = scene.width[j]
+        # One more Newton step for free; where the ray grazes, it is no use.
+        along = wp.dot(slope, d) * side
+        if along < -0.1 * wp.length(slope):
+            t += wp.clamp(side * (1.0 - f) / along, -0.01 * width, 0.01 * width)
+        hits.depth[i] = t
+        hits.normal[i] = side * wp.normalize(slope)
+        hits.color[i] = color / f
+        hits.light[i] = light / f
+        hits.lift[i] = 2.0e-3 * width
+
+    @wp.func
+    def trace(
+        i: int,
+        view: View,
+        scene: hermite.Scene,
+        lists: Candidates,
+        balls: Balls,
+        ball_lists: Candidates,
+        samples: wp.array(dtype=wp.vec2),
+        hits: Hits,
+        ids: wp.array(dtype=int),
+        t0s: wp.array(dtype=float),
+        t1s: wp.array(dtype=float),
+        room: int,
+    ):
+        s = samples[i]
+        d = direction(view, s[0], s[1])
+        tile = int(s[1]) // TILE * view.tiles + int(s[0]) // TILE
+        far, ball = nearest_ball(d, tile, ball_lists, balls)
+        hit, side, count = first_surface(d, far, tile, scene, lists, ids, t0s, t1s, room)
+        hits.direction[i] = d
+        hits.depth[i] = hit
+        hits.thing[i] = -1
+        hits.normal[i] = wp.vec3(0.0, 0.0, 0.0)
+        if hit == OVERFLOW:
+            hits.thing[i] = OVERFLOW
+        elif hit >= 0.0:
+            describe(i, hit, side, d, scene, hits, ids, t1s, count)
+        elif ball >= 0:
+            hits.depth[i] = far
+            hits.thing[i] = BALLS + ball
+            hits.normal[i] = wp.normalize(far * d - balls.center[ball])
+            hits.color[i] = balls.color[ball]
+            hits.light[i] = wp.vec4(1.0, 0.9, 0.25, 40.0)
+            hits.lift[i] = 1.0e-3 * balls.radius[ball]
+
+    if in_scratch:
+
+        @wp.kernel(module="unique", enable_backward=False)
+        def trace_in_scratch(
+            start: int,
+            view: View,
+            scene: hermite.Scene,
+            lists: Candidates,
+            balls: Balls,
+            ball_lists: Candidates,
+            which: wp.array(dtype=int),
+            samples: wp.array(dtype=wp.vec2),
+            hits: Hits,
+            ids: wp.array2d(dtype=int),
+            t0s: wp.array2d(dtype=float),
+            t1s: wp.array2d(dtype=float),
+        ):
+            k = start + wp.tid()
+            i = which[k]
+            trace(i, view, scene, lists, balls, ball_lists, samples, hits, ids[k], t0s[k], t1s[k], ids.shape[1])
+
+        return trace_in_scratch
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def trace_samples(
+        start: int,
+        view: View,
+        scene: hermite.Scene,
+        lists: Candidates,
+        balls: Balls,
+        ball_lists: Candidates,
+        samples: wp.array(dtype=wp.vec2),
+        hits: Hits,
+    ):
+        i = start + wp.tid()
+        ids = wp.zeros(shape=_ROOM, dtype=int)
+        t0s = wp.zeros(shape=_ROOM, dtype=float)
+        t1s = wp.zeros(shape=_ROOM, dtype=float)
+        trace(i, view, scene, lists, balls, ball_lists, samples, hits, ids, t0s, t1s, _ROOM)
+
+    return trace_samples

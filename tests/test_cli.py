@@ -1,0 +1,286 @@
+"""The command line: every way in, every way to go wrong, and what is left on the disk afterwards."""
+
+import pathlib
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+
+import imageio.v3 as imageio
+import numpy as np
+import pytest
+import warp as wp
+
+from fieldsim import cli
+
+SCENARIOS = pathlib.Path(__file__).parents[1] / "scenarios"
+
+# A planet and pebbles, with the cells of the donut scenario, so that its kernels serve here, too.
+PLANET = """
+    '''A small planet.
+
+    pebbles: number of pebbles
+    '''
+
+    import fieldsim as fs
+
+
+    def build(pebbles: int = 3, duration: float = 0.2, threshold: float = 1.0) -> fs.Scenario:
+        ring = fs.Circle((0, 0, 0), (0, 0, 1), 1.0)
+        world = fs.World()
+        clay = fs.Material("terracotta", radius=0.25, threshold=threshold)
+        world.add_body(fs.Body(ring, gravity=fs.Newtonian(), surface=clay))
+        world.add_particles(**fs.sampling.shell(pebbles, radius=2.0, seed=1), contact=fs.Bounce(0.5))
+        return fs.Scenario(world, fs.Camera((4, 0, 2)), duration=duration, fps=10)
+
+
+    if __name__ == "__main__":
+        fs.main(build)
+"""
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """A folder with scenarios/planet.py, to work in."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scenarios").mkdir()
+    (tmp_path / "scenarios" / "planet.py").write_text(textwrap.dedent(PLANET))
+    return tmp_path
+
+
+def fieldsim(*arguments):
+    """Exit status of the command."""
+    with pytest.raises(SystemExit) as end:
+        cli.main(argv=[str(a) for a in arguments])
+    return end.value.code
+
+
+def start(*arguments, **options):
+    """The command as a process."""
+    command = [sys.executable, "-m", "fieldsim", *map(str, arguments)]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
+
+
+def films(folder):
+    return sorted(p.name for p in folder.iterdir() if p.name != "scenarios")
+
+
+# Films
+
+
+def test_run_films_a_scenario_and_reports(here, capsys):
+    assert fieldsim("run", "planet", "--size", "32x18", "--pebbles", 5, "--quality", "draft") == 0
+    told = capsys.readouterr()
+    assert told.err == ""
+    first, *rest = told.out.splitlines()
+    assert first.startswith("planet.mp4: 2 frames of 32x18 in ")
+    assert "particle-steps/s" in rest[0]
+    assert "rays/s" in rest[1]
+    assert rest[-1].strip().startswith("energy drift at most")
+    assert "5 of 5 particles" in rest[-1]
+    assert films(here) == ["planet.mp4"]
+
+
+def test_options_of_the_film(here, capsys):
+    arguments = ("--out", "p_%d.png", "--size", "31x17", "--fps", 20, "--duration", 0.25, "--quality", "draft")
+    assert fieldsim("run", *arguments, "scenarios/planet.py") == 0
+    assert films(here) == [f"p_{i}.png" for i in range(5)]
+    picture = imageio.imread("p_0.png")
+    assert picture.shape == (17, 31, 3)
+    assert picture.std() > 5
+
+
+def test_preview_is_small(here, capsys):
+    assert fieldsim("run", "planet", "--preview", "--fps", 5, "--size", "32x18") == 0
+    assert films(here) == ["planet-preview.mp4"]
+    assert "1 frame of 32x18" in capsys.readouterr().out
+
+
+def test_a_still_needs_only_its_frame(here, capsys):
+    assert fieldsim("run", "planet", "--out", "p.png", "--size", "32x18", "--quality", "draft") == 0
+    assert "1 frame of 32x18" in capsys.readouterr().out
+
+
+def test_a_parameter_named_like_an_option_of_films_gets_its_value(here, capsys):
+    (here / "scenarios" / "odd.py").write_text(
+        "def build(duration: float = 3.0, fps: float = 5.0):\n    raise ValueError(f'{duration} {fps}')"
+    )
+    assert fieldsim("run", "odd", "--duration", 7) == 1
+    assert "ValueError: 7.0 5.0" in capsys.readouterr().err
+
+
+def test_a_script_runs_by_itself_as_through_the_command(here):
+    script = [sys.executable, "scenarios/planet.py"]
+    shown = subprocess.run([*script, "--help"], capture_output=True, text=True, check=True)
+    assert "--pebbles INTEGER" in shown.stdout
+    wrong = subprocess.run([*script, "--size", "0x0"], capture_output=True, text=True, check=False)
+    assert wrong.returncode == 2
+    made = subprocess.run(
+        [*script, "--size", "32x18", "--quality", "draft"], capture_output=True, text=True, check=True
+    )
+    assert made.stderr == ""
+    assert films(here) == ["planet.mp4"]
+
+
+@pytest.mark.parametrize("script", sorted(SCENARIOS.glob("*.py")), ids=lambda path: path.stem)
+def test_every_scenario_films(script, here, capsys):
+    size = ("--size", "64x36", "--quality", "draft", "--out", "p_%d.png")
+    assert fieldsim("run", script, "--duration", 1, "--fps", 2, *size) == 0
+    assert capsys.readouterr().err == ""
+    first, last = (imageio.imread(f"p_{i}.png").astype(int) for i in range(2))
+    # There is something to see, and it moves.
+    assert first.std() > 5
+    assert np.abs(last - first).max() > 20
+
+
+# Help
+
+
+def test_help_teaches(here, capsys):
+    assert fieldsim("--help") == 0
+    assert "fieldsim run donut --preview" in capsys.readouterr().out
+    assert fieldsim("run", "--help") == 0
+    assert "planet  A small planet." in capsys.readouterr().out
+    assert fieldsim("run", "planet", "--help") == 0
+    shown = capsys.readouterr().out
+    assert "--pebbles INTEGER" in shown
+    assert "number of pebbles" in shown
+    assert shown.count("pebbles:") == 0
+    assert shown.count("--duration") == 1
+
+
+@pytest.mark.parametrize("script", sorted(SCENARIOS.glob("*.py")), ids=lambda path: path.stem)
+def test_every_scenario_shows_its_own_options(script, capsys):
+    assert fieldsim("run", script, "--help") == 0
+    shown = capsys.readouterr().out
+    assert "[default:" in shown
+
+
+def test_version_and_info(capsys):
+    assert fieldsim("--version") == 0
+    assert capsys.readouterr().out.startswith("fieldsim 0.")
+    assert fieldsim("info") == 0
+    shown = capsys.readouterr().out
+    for word in ("python", "numpy", "warp-lang", "numba", "mujoco", "encoder", "cpu", "kernel cache"):
+        assert word in shown
+
+
+# What goes wrong
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["plant"], "did you mean planet?"),
+        (["nowhere/planet.py"], "no scenario 'nowhere/planet.py'"),
+        (["planet", "--pebles", "3"], "No such option '--pebles'"),
+        (["planet", "--pebbles", "many"], "'many' is not a valid integer"),
+        (["planet", "--size", "0x0"], "size is 0x0"),
+        (["planet", "--size", "-4x4"], "size is -4x4"),
+        (["planet", "--size", "big"], "'big' is no size; write it like 640x360"),
+        (["planet", "--duration", "-1"], "-1 is not a positive number"),
+        (["planet", "--duration", "nan"], "nan is not a positive number"),
+        (["planet", "--fps", "0"], "0 is not a positive number"),
+        (["planet", "--fps", "x"], "'x' is no number"),
+        (["planet", "--device", "tpu"], "'tpu' is no device"),
+        (["planet", "--quality", "best"], "'best' is not one of"),
+        (["planet", "--out", "nowhere/a.mp4"], "the folder 'nowhere' does not exist; create it first"),
+        (["planet", "--out", "a.avi"], "this ending is not known; give name.mp4"),
+        (["planet", "more"], "unexpected extra argument"),
+    ],
+)
+def test_wrong_usage_is_status_2(here, capsys, arguments, words):
+    assert fieldsim("run", *arguments) == 2
+    told = capsys.readouterr()
+    assert words in told.err
+    assert told.err.startswith("fieldsim: ")
+    assert told.out == ""
+    assert len(told.err.splitlines()) <= 2
+    assert films(here) == []
+
+
+def test_no_command_shows_the_help(capsys):
+    assert fieldsim() == 2
+    assert "Examples:" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("script", "words"),
+    [
+        ("x = 1", "bad.py defines no function build"),
+        ("def build(", "bad.py:1: syntax error"),
+        ("def build(): return 1 / 0", "bad.py:1 in build: ZeroDivisionError"),
+        ("def build(): return None", "build returned None"),
+        ("import fieldsim as fs\ndef build(): fs.Segment((0, 0, 0), (0, 0, 0))", "bad.py:2 in build: Segment: "),
+        ("import fieldsim as fs\ndef build(): fs.Circle((0, 0, 0), (0, 0, 1), 0)", "radius is 0"),
+        (
+            "import fieldsim as fs\ndef build(): fs.World().add_particles([(0, 0)], [(0, 0)])",
+            "give an array of shape (N, 3)",
+        ),
+        (
+            "import fieldsim as fs\ndef build(): fs.World().add_particles([(0, 0, float('nan'))], [(0, 0, 0)])",
+            "positions[0] is (0.0, 0.0, nan)",
+        ),
+    ],
+)
+def test_scripts_that_fail_are_status_1(here, capsys, script, words):
+    (here / "scenarios" / "bad.py").write_text(script)
+    assert fieldsim("run", "bad") == 1
+    told = capsys.readouterr()
+    assert words in told.err
+    assert "Traceback" not in told.err
+    assert films(here) == []
+
+
+def test_debug_shows_the_traceback(here, monkeypatch):
+    (here / "scenarios" / "bad.py").write_text("def build(): return 1 / 0")
+    with start("run", "bad", "--debug") as process:
+        _, errors = process.communicate()
+    assert process.returncode == 1
+    assert "Traceback" in errors
+    assert "ZeroDivisionError" in errors
+
+
+@pytest.mark.skipif(wp.is_cuda_available(), reason="there is a CUDA device")
+def test_no_cuda_is_told_before_any_work(here, capsys):
+    (here / "scenarios" / "slow.py").write_text("def build(): raise AssertionError('built')")
+    assert fieldsim("run", "slow", "--device", "cuda") == 1
+    assert "device 'cuda' is not available: no CUDA device was found; available: cpu" in capsys.readouterr().err
+
+
+def test_nothing_to_see_is_warned_of(here, capsys):
+    assert fieldsim("run", "planet", "--threshold", 1e9, "--size", "8x8", "--out", "p.png", "--quality", "draft") == 0
+    assert "fieldsim: warning: nothing to see" in capsys.readouterr().err
+
+
+def test_a_full_disk_leaves_no_film(here):
+    """A limit on the size of files stands in for the full disk."""
+    resource = pytest.importorskip("resource")
+    limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))  # noqa: E731
+    arguments = ("--duration", 2, "--size", "160x90", "--quality", "draft", "--out", "p.mp4")
+    # Compile first: the cache, too, is on the disk.
+    assert fieldsim("run", "planet", "--size", "160x90", "--quality", "draft", "--out", "p.png") == 0
+    with start("run", "planet", *arguments, preexec_fn=limit) as process:
+        _, errors = process.communicate()
+    assert process.returncode == 1
+    assert errors.startswith("fieldsim: p.mp4: writing failed, nothing is kept: ffmpeg says: ")
+    assert films(here) == ["p.png"]
+
+
+@pytest.mark.parametrize("signum", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_leaves_no_film_and_keeps_the_old_one(here, signum):
+    (here / "p.mp4").write_bytes(b"the old one")
+    with start("run", "planet", "--duration", 1e5, "--size", "64x36", "--out", "p.mp4") as process:
+        deadline = time.monotonic() + 300
+        while len(films(here)) < 2 and process.poll() is None and time.monotonic() < deadline:
+            time.sleep(0.05)
+        assert [name for name in films(here) if name.endswith(".part.mp4")]
+        time.sleep(0.5)
+        process.send_signal(signum)
+        _, errors = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert errors.splitlines()[-1] == "fieldsim: interrupted; nothing was written"
+    assert "Traceback" not in errors
+    assert films(here) == ["p.mp4"]
+    assert (here / "p.mp4").read_bytes() == b"the old one"

@@ -101,8 +101,8 @@ def pack(primitives, kernels, strengths, folds=None) -> Elements:
     kinds = np.zeros(len(primitives), dtype=np.int32)
     for row, (primitive, kernel) in enumerate(zip(primitives, kernels, strict=True)):
         kinds[row] = cell_of(kernel, primitive).kind
-        primitive.pack(rows[row])
         rows[row, KERNEL] = kernel.width
+        primitive.pack(rows[row])
     rows[:, STRENGTH] = strengths
     rows[:, FOLD] = 0.0 if folds is None else folds
     order = np.argsort(kinds, kind="stable")

@@ -58,19 +58,26 @@ class TriangleMesh:
 
 
 def mesh(path_or_vertices, faces=None) -> TriangleMesh:
-    """A triangle mesh from a file, or from vertices (V, 3) and faces (F, 3).
+    """A triangle mesh from a file, from vertices (V, 3) and faces (F, 3), or from Triangles.
 
-    A file may be STL, OBJ, PLY, ... (whatever `trimesh` reads; `pip install fieldsim[mesh]`); its vertices at the same
-    place become one, which closes an STL's surface, and a scene of several parts becomes one mesh. Raises InputError
-    for a file that cannot be read, and as TriangleMesh does.
+    A file may be STL, OBJ, PLY, ... (whatever `trimesh` reads; `pip install fieldsim[mesh]`), a scene of several parts
+    becomes one mesh. Vertices of a file or of Triangles at the same place become one, which closes their surface.
+    Raises InputError for a file that cannot be read, and as TriangleMesh does.
     """
     if isinstance(path_or_vertices, str | os.PathLike):
         if faces is not None:
             raise InputError(f"mesh: faces are given beside the file {os.fspath(path_or_vertices)!r}; give one of them")
         return TriangleMesh(*_merged(*_read(os.fspath(path_or_vertices))))
+    if faces is None and _are_triangles(path_or_vertices):
+        corners = np.array([(t.a, t.b, t.c) for t in path_or_vertices]).reshape(-1, 3)
+        return TriangleMesh(*_merged(corners, np.arange(len(corners)).reshape(-1, 3)))
     if faces is None:
         raise InputError("mesh: vertices are given without faces; give mesh(vertices, faces) or the path of a file")
     return TriangleMesh(path_or_vertices, faces)
+
+
+def _are_triangles(things):
+    return isinstance(things, list | tuple) and bool(things) and all(isinstance(t, Triangle) for t in things)
 
 
 def _read(path):

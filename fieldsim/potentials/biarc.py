@@ -13,7 +13,7 @@ from fieldsim.errors import InputError
 from fieldsim.potentials.arc import Arc
 from fieldsim.potentials.segment import Segment
 
-# Where a piece is measured against its biarc, in its parameter from 0 to 1; between these it is off by less than 5 % more.
+# Where a piece is measured against its biarc, in its parameter from 0 to 1; between these it errs by < 5 % more.
 SAMPLES = np.linspace(0.0, 1.0, 18)
 MARGIN = 0.95
 # Pieces whose ends are closer than this part of their extent are halved.

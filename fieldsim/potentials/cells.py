@@ -11,6 +11,7 @@ An element is one primitive with its kernel, packed as a row of `WIDTH` reals, i
 | 4 FOLD | a Gaussian's folded exponent: h = exp(FOLD - a^2 r^2), so that exp(256) never stands alone |
 | 5-7, 8-10, 11-13 | positions: a point; a segment's start and end; an arc's centre |
 | 14-16, 17-19 | unit directions: a segment's axis; an arc's start and normal |
+| 20-26 | numbers of its own: a profile's shape and coefficients |
 
 A cell's `element(x, y, z, rows, i)` returns (F, dF/dx, dF/dy, dF/dz) of row i at (x, y, z).
 """
@@ -26,7 +27,8 @@ from fieldsim.portable import Indices, Portable, Table, portable, real
 STRENGTH, KERNEL, SIZE, ANGLE, FOLD = range(5)
 POSITIONS = slice(5, 14)
 DIRECTIONS = slice(14, 20)
-WIDTH = 20
+OWN = slice(20, 27)
+WIDTH = 27
 
 
 @dataclasses.dataclass(frozen=True)

@@ -1,0 +1,143 @@
+"""Triangle meshes: from arrays, or from STL, OBJ, PLY and what else `trimesh` reads."""
+
+import dataclasses
+import os
+
+import numpy as np
+
+from fieldsim import validate
+from fieldsim.errors import InputError
+from fieldsim.potentials.triangle import Triangle
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class TriangleMesh:
+    """A triangle mesh: vertices (V, 3) in scene units, faces (F, 3) indices into them, right-handed about the outside.
+
+    Checked when made; its arrays are read-only. Raises InputError for coordinates that are not finite, indices that are
+    not there and faces without area, each named by its index.
+    """
+
+    vertices: np.ndarray
+    faces: np.ndarray
+
+    def __post_init__(self):
+        vertices = validate.points("TriangleMesh", "vertices", self.vertices).copy()
+        faces = _indices(self.faces, len(vertices))
+        _refuse_degenerate(vertices, faces)
+        for name, array in (("vertices", vertices), ("faces", faces)):
+            array.flags.writeable = False
+            object.__setattr__(self, name, array)
+
+    @property
+    def corners(self) -> np.ndarray:
+        """The corners of every face, (F, 3, 3)."""
+        return self.vertices[self.faces]
+
+    @property
+    def area(self) -> float:
+        """Area of all faces together."""
+        return float(np.linalg.norm(_doubled_areas(self.corners), axis=1).sum() / 2.0)
+
+    @property
+    def volume(self) -> float:
+        """Enclosed volume, negative for a closed mesh turned inside out; without meaning for an open one."""
+        a, b, c = np.moveaxis(self.corners - self.vertices.mean(axis=0), 1, 0)
+        return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
+
+    def triangles(self) -> tuple[Triangle, ...]:
+        """The faces as primitives: the skeleton of a hollow shell."""
+        return tuple(Triangle(a, b, c) for a, b, c in self.corners)
+
+    def flipped(self) -> "TriangleMesh":
+        """The same mesh with its inside out: every face turned over."""
+        return TriangleMesh(self.vertices, self.faces[:, ::-1])
+
+    def __repr__(self):
+        return f"<TriangleMesh of {len(self.vertices)} vertices and {len(self.faces)} faces>"
+
+
+def mesh(path_or_vertices, faces=None) -> TriangleMesh:
+    """A triangle mesh from a file, from vertices (V, 3) and faces (F, 3), or from Triangles.
+
+    A file may be STL, OBJ, PLY, ... (whatever `trimesh` reads; `pip install fieldsim[mesh]`), a scene of several parts
+    becomes one mesh. Vertices of a file or of Triangles at the same place become one, which closes their surface.
+    Raises InputError for a file that cannot be read, and as TriangleMesh does.
+    """
+    if isinstance(path_or_vertices, str | os.PathLike):
+        if faces is not None:
+            raise InputError(f"mesh: faces are given beside the file {os.fspath(path_or_vertices)!r}; give one of them")
+        return TriangleMesh(*_merged(*_read(os.fspath(path_or_vertices))))
+    if faces is None and _are_triangles(path_or_vertices):
+        corners = np.array([(t.a, t.b, t.c) for t in path_or_vertices]).reshape(-1, 3)
+        return TriangleMesh(*_merged(corners, np.arange(len(corners)).reshape(-1, 3)))
+    if faces is None:
+        raise InputError("mesh: vertices are given without faces; give mesh(vertices, faces) or the path of a file")
+    return TriangleMesh(path_or_vertices, faces)
+
+
+def _are_triangles(things):
+    return isinstance(things, list | tuple) and bool(things) and all(isinstance(t, Triangle) for t in things)
+
+
+def _read(path):
+    """Vertices and faces of a file."""
+    try:
+        import trimesh
+    except ImportError:
+        raise InputError(
+            f"mesh: reading {path!r} takes the package trimesh, which is not installed: pip install 'fieldsim[mesh]' "
+            "(or pip install trimesh)"
+        ) from None
+    if not os.path.isfile(path):
+        raise InputError(f"mesh: there is no file {path!r}")
+    try:
+        loaded = trimesh.load(path, force="mesh", process=False)
+        return np.asarray(loaded.vertices, dtype=float), np.asarray(loaded.faces)
+    except Exception as reason:  # whatever a reader raises on a broken file
+        raise InputError(f"mesh: {path!r} cannot be read as a triangle mesh: {reason}") from None
+
+
+def _merged(vertices, faces):
+    """The mesh with vertices at the same place made one."""
+    unique, inverse = np.unique(vertices, axis=0, return_inverse=True)
+    return unique, inverse.reshape(-1)[faces]
+
+
+def _indices(faces, count):
+    """`faces` as an (F, 3) array of checked indices."""
+    try:
+        array = np.array(faces)
+    except ValueError:
+        array = np.array(None)
+    if array.ndim != 2 or array.shape[1] != 3 or array.dtype.kind not in "iu":
+        raise InputError(
+            f"TriangleMesh: faces are an array of {array.dtype} with shape {array.shape}; give integers of shape (F, 3)"
+        )
+    if not len(array):
+        raise InputError("TriangleMesh: there are no faces; give at least one")
+    bad = np.flatnonzero(((array < 0) | (array >= count)).any(axis=1))
+    if bad.size:
+        raise InputError(
+            f"TriangleMesh: faces[{bad[0]}] is {array[bad[0]].tolist()}; give indices from 0 to {count - 1}, "
+            f"there are {count} vertices"
+        )
+    return array.astype(np.int64)
+
+
+def _doubled_areas(corners):
+    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+
+
+def _refuse_degenerate(vertices, faces):
+    """Raise InputError for a face whose area rounding of its coordinates can fake (as `Triangle` does)."""
+    corners = vertices[faces]
+    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    rounding = 4 * np.finfo(float).eps * np.maximum(longest, np.abs(corners).max(axis=(1, 2)))
+    bad = np.flatnonzero(~(np.linalg.norm(_doubled_areas(corners), axis=1) > rounding * longest))
+    if bad.size:
+        k = bad[0]
+        raise InputError(
+            f"TriangleMesh: faces[{k}] is {faces[k].tolist()} with corners {corners[k].tolist()}, without area; "
+            f"leave it out ({bad.size} of {len(faces)} are such)"
+        )

@@ -1,0 +1,106 @@
+"""Triangle meshes: from arrays and files, and what is refused."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from fieldsim.errors import InputError
+from fieldsim.potentials.mesh import TriangleMesh, mesh
+from fieldsim.potentials.solid import solid
+from fieldsim.potentials.triangle import Triangle
+
+VERTICES = [[0, 0, 0], [1, 0, 0], [0, 2, 0], [0, 0, 3]]
+FACES = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]
+
+
+def test_arrays():
+    made = mesh(VERTICES, FACES)
+    assert (made.vertices.shape, made.faces.shape, made.corners.shape) == ((4, 3), (4, 3), (4, 3, 3))
+    assert made.volume == pytest.approx(1.0, rel=1e-14)
+    assert made.area == pytest.approx(1 + 1.5 + 3 + 3.5, rel=1e-14)
+    assert made.flipped().volume == pytest.approx(-1.0, rel=1e-14)
+    assert made.triangles()[0] == Triangle((0, 0, 0), (0, 2, 0), (1, 0, 0))
+    assert sum(t.measure for t in made.triangles()) == pytest.approx(made.area)
+    assert repr(made) == "<TriangleMesh of 4 vertices and 4 faces>"
+
+
+def test_a_mesh_keeps_its_own_arrays():
+    vertices = np.array(VERTICES, dtype=float)
+    made = mesh(vertices, FACES)
+    vertices[0] = 7.0
+    assert made.vertices[0].tolist() == [0, 0, 0]
+    with pytest.raises(ValueError, match="read-only"):
+        made.vertices[0] = 1.0
+
+
+@pytest.mark.parametrize("suffix", ["stl", "obj", "ply"])
+def test_files(tmp_path, suffix):
+    trimesh = pytest.importorskip("trimesh")
+    path = tmp_path / f"rock.{suffix}"
+    trimesh.Trimesh(VERTICES, FACES, process=False).export(path)
+    read = mesh(path)
+    assert (len(read.vertices), len(read.faces)) == (4, 4)
+    assert solid(read, 1.0).value((5, 5, 5)) == pytest.approx(solid(mesh(VERTICES, FACES), 1.0).value((5, 5, 5)))
+
+
+def test_unreadable_files(tmp_path):
+    pytest.importorskip("trimesh")
+    with pytest.raises(InputError, match=r"there is no file .*nowhere\.stl"):
+        mesh(tmp_path / "nowhere.stl")
+    for name, content in (("broken.ply", "not a mesh"), ("broken.xyzzy", "")):
+        (tmp_path / name).write_text(content)
+        with pytest.raises(InputError, match="cannot be read as a triangle mesh"):
+            mesh(tmp_path / name)
+
+
+def test_without_trimesh(tmp_path):
+    path = tmp_path / "rock.stl"
+    path.write_text("")
+    script = f"""
+import sys
+sys.modules["trimesh"] = None
+from fieldsim.potentials.mesh import mesh
+mesh({VERTICES}, {FACES})
+try:
+    mesh({str(path)!r})
+except ValueError as reason:
+    print(reason)
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert "pip install 'fieldsim[mesh]'" in done.stdout
+
+
+def test_trimesh_is_not_imported_before_a_file_is_read():
+    script = "import sys, fieldsim.potentials.solid; print('trimesh' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout == "False\n"
+
+
+@pytest.mark.parametrize(
+    ("vertices", "faces", "message"),
+    [
+        (VERTICES, [[0, 1, 4]], r"faces\[0\] is \[0, 1, 4\]; give indices from 0 to 3"),
+        (VERTICES, [[0, 1, 2], [0, 1, -1]], r"faces\[1\] is \[0, 1, -1\]"),
+        (VERTICES, [[0, 1, 2], [0, 1, 1]], r"faces\[1\] is \[0, 1, 1\] .* without area"),
+        ([*VERTICES, [0.5, 0, 0]], [[0, 1, 2], [0, 1, 4]], r"faces\[1\] is \[0, 1, 4\] .* without area"),
+        (VERTICES, [[0.0, 1.0, 2.0]], r"faces are an array of float64 with shape \(1, 3\); give integers"),
+        (VERTICES, [[0, 1, 2, 3]], r"shape \(1, 4\); give integers of shape \(F, 3\)"),
+        (VERTICES, [[0, 1, 2], [0, 1]], r"give integers of shape \(F, 3\)"),
+        (VERTICES, np.zeros((0, 3), dtype=int), "no faces"),
+        ([[0, 0, np.nan], *VERTICES[1:]], FACES, r"vertices\[0\]"),
+        ([[0, 0], [1, 0]], FACES, r"vertices has shape \(2, 2\)"),
+        (VERTICES, None, "vertices are given without faces"),
+        ("rock.stl", FACES, r"faces are given beside the file 'rock\.stl'"),
+    ],
+)
+def test_bad_input(vertices, faces, message):
+    with pytest.raises(InputError, match=message):
+        mesh(vertices, faces)
+
+
+def test_equality_is_identity():
+    made = TriangleMesh(VERTICES, FACES)
+    assert made == made
+    assert made != TriangleMesh(VERTICES, FACES)

@@ -26,13 +26,19 @@ from fieldsim.errors import (
     ScenarioError,
 )
 from fieldsim.filming import Report, film
+from fieldsim.potentials import planets, profile
 from fieldsim.potentials.arc import Arc
 from fieldsim.potentials.circle import Circle
 from fieldsim.potentials.field import Field, gravity
 from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Metaball, Newtonian, Quartic, SoftObject
+from fieldsim.potentials.mesh import TriangleMesh, mesh
 from fieldsim.potentials.plane import Plane
 from fieldsim.potentials.point import Point
+from fieldsim.potentials.profile import Profile, profiled
 from fieldsim.potentials.segment import Segment
+from fieldsim.potentials.shapes import bezier, box, catmull_rom, disc, polygon, polyline, rectangle
+from fieldsim.potentials.solid import solid
+from fieldsim.potentials.tapered import TaperedSegment
 from fieldsim.potentials.triangle import Triangle
 from fieldsim.render.camera import Camera
 from fieldsim.render.image import Renderer, render
@@ -76,6 +82,7 @@ __all__ = [
     "PointLight",
     "PortableError",
     "Pose",
+    "Profile",
     "Quartic",
     "Renderer",
     "Report",
@@ -86,17 +93,31 @@ __all__ = [
     "Snapshot",
     "SoftObject",
     "Spin",
+    "TaperedSegment",
     "Triangle",
+    "TriangleMesh",
     "World",
     "angular_momentum",
+    "bezier",
+    "box",
+    "catmull_rom",
     "common_spin",
+    "disc",
     "energy",
     "film",
     "gravity",
     "jacobi",
     "load",
     "main",
+    "mesh",
+    "planets",
+    "polygon",
+    "polyline",
+    "profile",
+    "profiled",
+    "rectangle",
     "render",
     "sampling",
+    "solid",
     "timeline",
 ]

@@ -32,7 +32,7 @@ def name(cell):
     return f"{cell.kernel.__name__}-{cell.primitive.__name__}"
 
 
-every_cell = pytest.mark.parametrize("cell", cells.CELLS.values(), ids=name)
+every_cell = pytest.mark.parametrize("cell", reference_cases.reference(), ids=name)
 
 
 # Identities of every cell

@@ -32,7 +32,7 @@ PROFILES = {
 }
 KERNELS = [Cauchy(1.3), Gaussian(0.9), Newtonian(0.1), InverseSquare(0.2), Metaball(2.5), SoftObject(3.0), Quartic(2.7)]
 CASES = [(k, p) for k in KERNELS for p in (SEGMENT, ARC)]
-CASES = [(k, p) for k, p in CASES if (type(k), type(profiled(p, profile.constant()))) in cells.CELLS_JET]
+CASES = [(k, p) for k, p in CASES if (type(k), type(profiled(p, profile.constant()))) in cells.CELLS]
 
 
 def evaluate(target, kernel, primitive, points):
@@ -54,7 +54,7 @@ def evaluate(target, kernel, primitive, points):
 
 @functools.cache
 def _numba(cell):
-    element = cells.CELLS_JET[cell].numba
+    element = cells.CELLS[cell].jet.numba
 
     @numba.njit(error_model="numpy")
     def each(points, rows, out):
@@ -68,7 +68,7 @@ def _numba(cell):
 
 @functools.cache
 def _warp(cell, scalar):
-    element = cells.CELLS_JET[cell].warp(scalar)
+    element = cells.CELLS[cell].jet.warp(scalar)
 
     @wp.kernel(module="unique", enable_backward=False)
     def each(

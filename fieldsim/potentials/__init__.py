@@ -3,7 +3,7 @@
 (The order numbers the cells, and the numbers are part of the compiled code.)
 """
 
-from fieldsim.potentials import (  # noqa: F401
+from fieldsim.potentials import (  # noqa: F401  # noqa: F401, I001 - made of the cells above
     arc,
     arc_gaussian,
     circle,
@@ -14,7 +14,10 @@ from fieldsim.potentials import (  # noqa: F401
     metaball_arc,
     plane,
     point,
+    profile,
     segment,
+    solid,
+    tapered,
     triangle,
     triangle_compact,
     triangle_edges,

@@ -261,7 +261,6 @@ for _plain, _primitive, _along in (
     (Segment, ProfiledSegment, _along_segment),
     (Arc, ProfiledArc, _along_arc),
 ):
-    for _kernel in [kernel for kernel, primitive in cells.CELLS_JET if primitive is _plain]:
-        _element = profiled_jet.bind(jet=cells.CELLS_JET[_kernel, _plain], along=_along)
-        cells.register_jet(_kernel, _primitive, _element)
-        cells.register(_kernel, _primitive, cells.without_hessian(_element))
+    for _kernel in [kernel for kernel, primitive in cells.CELLS if primitive is _plain]:
+        _jet = profiled_jet.bind(jet=cells.CELLS[_kernel, _plain].jet, along=_along)
+        cells.register(_kernel, _primitive, _jet)

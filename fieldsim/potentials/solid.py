@@ -339,8 +339,7 @@ def face_jet(x: real, y: real, z: real, rows: Table, i: int):
     )
 
 
-cells.register_jet(Newtonian, Face, face_jet)
-cells.register(Newtonian, Face, cells.without_hessian(face_jet))
+cells.register(Newtonian, Face, face_jet)
 
 
 def solid(mesh: TriangleMesh, density, *, G=1.0) -> Field:

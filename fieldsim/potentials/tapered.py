@@ -14,7 +14,7 @@ import math
 from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.portable import Table, portable, real
-from fieldsim.potentials.cells import register, register_jet, without_hessian
+from fieldsim.potentials.cells import register
 from fieldsim.potentials.kernels import Newtonian
 from fieldsim.potentials.segment import CLOSE, SPLIT, SPLIT_SINGLE, Segment, _remainder, newtonian_segment
 
@@ -217,5 +217,4 @@ def tapered_jet(x: real, y: real, z: real, rows: Table, i: int):
     )
 
 
-register_jet(Newtonian, TaperedSegment, tapered_jet)
-register(Newtonian, TaperedSegment, without_hessian(tapered_jet))
+register(Newtonian, TaperedSegment, tapered_jet)

@@ -73,12 +73,12 @@ def point_jet(x: real, y: real, z: real, rows: Table, i: int):
     f *= rows[i, 0]
     slope *= rows[i, 0]
     bend *= rows[i, 0]
-    if not math.isfinite(slope):
+    if not abs(slope) < real(math.inf):
         slope = real(0.0)
     gx = slope * dx
     gy = slope * dy
     gz = slope * dz
-    if not math.isfinite(bend):
+    if not abs(bend) < real(math.inf):
         slope = real(0.0)
         bend = real(0.0)
     r = math.sqrt(r2)

@@ -304,7 +304,7 @@ def segment_jet(x: real, y: real, z: real, rows: Table, i: int):
     across *= rows[i, 0]
     mixed *= out * rows[i, 0]
     bend *= rows[i, 0]
-    if not math.isfinite(slope + across):
+    if not abs(slope + across) < real(math.inf):
         slope = real(0.0)
         across = real(0.0)
     gx = slope * ux + across * wx
@@ -312,7 +312,7 @@ def segment_jet(x: real, y: real, z: real, rows: Table, i: int):
     gz = slope * uz + across * wz
     # The Hessian is `across` in all directions, what it has more along, and the rest with the offset from the line.
     lift = slope_slope * rows[i, 0] - across
-    if not math.isfinite(lift + mixed + bend):
+    if not abs(lift + mixed + bend) < real(math.inf):
         across = real(0.0)
         lift = real(0.0)
         mixed = real(0.0)

@@ -34,10 +34,10 @@ from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Metabal
 from fieldsim.potentials.mesh import TriangleMesh, mesh
 from fieldsim.potentials.plane import Plane
 from fieldsim.potentials.point import Point
-from fieldsim.potentials.profile import Profile, profiled
+from fieldsim.potentials.profile import Profile, ProfiledArc, ProfiledSegment, profiled
 from fieldsim.potentials.segment import Segment
 from fieldsim.potentials.shapes import bezier, box, catmull_rom, disc, polygon, polyline, rectangle
-from fieldsim.potentials.solid import solid
+from fieldsim.potentials.solid import Face, solid
 from fieldsim.potentials.tapered import TaperedSegment
 from fieldsim.potentials.triangle import Triangle
 from fieldsim.render.camera import Camera
@@ -63,6 +63,7 @@ __all__ = [
     "Energy",
     "EnergyLog",
     "EnergyReport",
+    "Face",
     "Field",
     "FieldsimError",
     "FieldsimWarning",
@@ -83,6 +84,8 @@ __all__ = [
     "PortableError",
     "Pose",
     "Profile",
+    "ProfiledArc",
+    "ProfiledSegment",
     "Quartic",
     "Renderer",
     "Report",

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 import targets
 
-from fieldsim.potentials import cells
 from fieldsim.potentials.arc import Arc
 from fieldsim.potentials.circle import Circle
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
@@ -219,17 +218,6 @@ def test_pieces_add_up():
     whole, first, second = (evaluate(shapes, kernels, points) for shapes in (wholes, firsts, seconds))
     scale = norms(first) + norms(second) + norms(whole)[:, :1]
     assert (norms(first + second - whole) <= 1e-12 * scale).all()
-
-
-@pytest.mark.parametrize("shape", [Circle, Arc])
-@pytest.mark.parametrize("kernel", [Newtonian, Cauchy, Gaussian])
-def test_the_chart_takes_value_and_gradient_from_the_jet(kernel, shape):
-    shapes, points = shapes_and_points(12, 9)
-    for primitive, point in zip(shapes, points, strict=True):
-        if isinstance(primitive, shape):
-            _, rows = targets.rows_of([primitive], [kernel(0.7)])
-            jet = cells.CELLS[kernel, shape].jet(*point, rows, 0)
-            assert cells.CELLS[kernel, shape].element(*point, rows, 0) == jet[:4]
 
 
 @pytest.mark.parametrize("x", [0.0, 1e-12, 1e-3, 0.5, 0.999, 1.0, 1.5, 40.0, 1e3])

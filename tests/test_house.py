@@ -82,7 +82,7 @@ def test_all_is_sorted_and_complete():
     assert fs.__all__ == sorted(fs.__all__)
     assert len(set(fs.__all__)) == len(fs.__all__)
     visible = {name for name, value in vars(fs).items() if name[0] != "_" and not inspect.ismodule(value)}
-    assert visible | {"sampling"} == set(fs.__all__)
+    assert visible | {"planets", "profile", "sampling"} == set(fs.__all__)
 
 
 def families(root):

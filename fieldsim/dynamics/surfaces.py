@@ -179,7 +179,7 @@ def _either(x: real, y: real, z: real, rows: Table, kinds: Indices, i: int):
 def _least(x: real, y: real, z: real, rows: Table, kinds: Indices, first: int, count: int):
     least = real(math.inf)
     for i in range(first, first + count):
-        least = min(least, distance(x, y, z, rows, kinds, i) - rows[i, 20])  # noqa: F821 - bound by `_margin`
+        least = min(least, distance(x, y, z, rows, kinds, i) - rows[i, REACH])  # noqa: F821 - bound by `_margin`
     return least
 
 

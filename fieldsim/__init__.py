@@ -37,7 +37,7 @@ from fieldsim.potentials.point import Point
 from fieldsim.potentials.profile import Profile, ProfiledArc, ProfiledSegment, profiled
 from fieldsim.potentials.segment import Segment
 from fieldsim.potentials.shapes import bezier, box, catmull_rom, disc, polygon, polyline, rectangle
-from fieldsim.potentials.solid import Face, solid
+from fieldsim.potentials.solid import Face, solid, solid_faces
 from fieldsim.potentials.tapered import TaperedSegment
 from fieldsim.potentials.triangle import Triangle
 from fieldsim.render.camera import Camera
@@ -122,5 +122,6 @@ __all__ = [
     "render",
     "sampling",
     "solid",
+    "solid_faces",
     "timeline",
 ]

@@ -9,9 +9,10 @@ import pytest
 import targets
 
 from fieldsim.potentials.arc import Arc
+from fieldsim.potentials.carlson import carlson_d_trio
 from fieldsim.potentials.circle import Circle
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
-from fieldsim.potentials.special import carlson_d_trio, exp_moment
+from fieldsim.potentials.special import exp_moment
 
 CENTER, NORMAL, START = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)
 KERNELS = [Newtonian(0.0), Newtonian(0.3), Cauchy(0.2), Cauchy(3.0), Gaussian(0.5), Gaussian(4.0)]

@@ -10,9 +10,9 @@ import pytest
 import warp as wp
 
 from fieldsim.portable import portable, real
+from fieldsim.potentials.carlson import carlson_d_pair
 from fieldsim.potentials.special import (
     bessel_scaled,
-    carlson_d_pair,
     elliptic_dv,
     exp_slope,
     log1p,

@@ -26,11 +26,12 @@ from fieldsim.errors import InputError
 from fieldsim.portable import portable, real
 from fieldsim.potentials.arc_gaussian import gaussian_arc
 from fieldsim.potentials.arc_jet import arc_jet, plain_offset, ring_offset
+from fieldsim.potentials.carlson import carlson_d_trio
 from fieldsim.potentials.cells import register
 from fieldsim.potentials.circle import TAU, cauchy_circle, gaussian_circle, newtonian_circle
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
 from fieldsim.potentials.primitive import Primitive
-from fieldsim.potentials.special import carlson_d_trio, sine_powers, sine_sixth
+from fieldsim.potentials.special import sine_powers, sine_sixth
 
 
 @dataclasses.dataclass(frozen=True)

@@ -12,11 +12,12 @@ import math
 from fieldsim.portable import portable, real
 from fieldsim.potentials.arc import Arc
 from fieldsim.potentials.arc_jet import arc_jet
+from fieldsim.potentials.carlson import carlson_d_pair
 from fieldsim.potentials.cells import register
 from fieldsim.potentials.circle import Circle
 from fieldsim.potentials.compact_arc import HALF_PI, middle, reach
 from fieldsim.potentials.kernels import Metaball
-from fieldsim.potentials.special import carlson_d_pair, sine_powers
+from fieldsim.potentials.special import sine_powers
 
 
 @portable

@@ -1,7 +1,8 @@
 """A traveller falls to the centre of a Gaussian planet and finds itself weightless.
 
 The planet pulls with the gradient of a Gaussian: the needle that the traveller carries shows its weight, and shrinks to
-nothing at the centre, where the field is flat. With antigravity the traveller is driven out instead.
+nothing at the centre, where the field is flat. With antigravity the planet is a hill: thrown in with just too little
+speed, the traveller hangs near the top, weightless too, and is driven out again.
 
 depth: distance from the centre at which the journey starts
 antigravity: whether the planet pushes
@@ -15,13 +16,14 @@ import fieldsim as fs
 def build(depth: float = 1.6, antigravity: bool = False) -> fs.Scenario:
     heart = fs.Point((0, 0, 0))
     planet = fs.Body(heart, gravity=fs.Gaussian(a=1.0), mass=-2.0 if antigravity else 2.0)
-    start = (0.0, 0.0, 0.05 if antigravity else depth)
+    # The speed that carries the traveller up to 0.002 from the top.
+    speed = 2 * np.sqrt(np.exp(-(0.002**2)) - np.exp(-(depth**2))) if antigravity else 0.0
 
     # Shadows of the cage's bars on each other would hide its far side.
     sun = fs.DirectionalLight(direction=(-0.5, 0.6, -0.8), shadows=False)
     world = fs.World(background=fs.Background(stars=0.1), lights=[sun])
     world.add_body(planet)
-    world.add_particles([start], [(0, 0, 0)], radius=0.09, color="amber")
+    world.add_particles([(0, 0, depth)], [(0, 0, -speed)], radius=0.09, color="amber")
 
     # The traveller's way, and the pull along it, found once; the needle follows them.
     times = fs.timeline(9.0, fps=30)

@@ -49,7 +49,7 @@ class Sources:
             if (body.moving or body.deforming) and len(self._elements(body, time))
         ]
         still = [body for _, body in bodies if not (body.moving or body.deforming)]
-        self.fixed = _grouped([self._placed(body, time) for body in still])
+        self.fixed = cells.concatenate(self._placed(body, time) for body in still).grouped()[0]
         shapes = [self._elements(body, time) for _, body in self._changing]
         self.moving_kinds = cells.concatenate(shapes).kinds
         self._shapes = shapes
@@ -81,12 +81,6 @@ class Sources:
         return cells.Elements(cells.place(local.rows, pose.matrix, np.array(pose.position)), local.kinds, local.order)
 
 
-def _grouped(parts):
-    everything = cells.concatenate(parts)
-    order = np.argsort(everything.kinds, kind="stable")
-    return cells.Elements(everything.rows[order], everything.kinds[order], everything.order[order])
-
-
 def _rows_of(index, body, shape, elements, times):
     """Rows (stages, elements, WIDTH) of one moving or deforming body."""
     try:
@@ -94,22 +88,11 @@ def _rows_of(index, body, shape, elements, times):
             local = np.stack([elements(body, time).rows for time in times])
         else:
             local = np.broadcast_to(shape.rows, (len(times), *shape.rows.shape))
-        return _placed(local, *_poses(body.motion, times))
+        rotations, positions = _poses(body.motion, times)
+        return cells.place(local, rotations[:, None], positions[:, None])
     except InputError as reason:
         name = f" ({body.name})" if body.name else ""
         raise InputError(f"Body {index}{name}, between times {times[0]:g} and {times[-1]:g}: {reason}") from None
-
-
-def _placed(local, rotations, positions):
-    """`cells.place` for rows (stages, elements, WIDTH) and poses (stages, 3, 3), (stages, 3)."""
-    stages, count, _ = local.shape
-    placed = local.copy()
-    points = local[:, :, cells.POSITIONS].reshape(stages, count, 3, 3)
-    directions = local[:, :, cells.DIRECTIONS].reshape(stages, count, 2, 3)
-    turn = rotations[:, None].swapaxes(-1, -2)
-    placed[:, :, cells.POSITIONS] = (points @ turn + positions[:, None, None]).reshape(stages, count, 9)
-    placed[:, :, cells.DIRECTIONS] = (directions @ turn).reshape(stages, count, 6)
-    return placed
 
 
 def _poses(motion, times):

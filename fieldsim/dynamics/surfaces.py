@@ -164,18 +164,6 @@ def _circle(x: real, y: real, z: real, rows: Table, i: int):
 
 
 @portable
-def _only(x: real, y: real, z: real, rows: Table, kinds: Indices, i: int):
-    return distance(x, y, z, rows, i)  # noqa: F821 - bound by `_distance`
-
-
-@portable
-def _either(x: real, y: real, z: real, rows: Table, kinds: Indices, i: int):
-    if kinds[i] == kind:  # noqa: F821 - bound by `_distance`
-        return distance(x, y, z, rows, i)  # noqa: F821
-    return otherwise(x, y, z, rows, kinds, i)  # noqa: F821
-
-
-@portable
 def _least(x: real, y: real, z: real, rows: Table, kinds: Indices, first: int, count: int):
     least = real(math.inf)
     for i in range(first, first + count):
@@ -188,12 +176,10 @@ _DISTANCES = {Point: _point, Segment: _segment, Arc: _circle, Circle: _circle}
 
 def _margin(kinds) -> Portable:
     """Portable (x, y, z, rows, kinds, first, count) -> least of distance - reach over the rows."""
-    by_kind = {cell.kind: cell for cell in cells.CELLS.values()}
-    last, *others = kinds or (min(by_kind),)
-    chosen = _only.bind(distance=_DISTANCES[by_kind[last].primitive])
-    for kind in others:
-        chosen = _either.bind(kind=kind, distance=_DISTANCES[by_kind[kind].primitive], otherwise=chosen)
-    return _least.bind(distance=chosen)
+    primitives = {cell.kind: cell.primitive for cell in cells.CELLS.values()}
+    # Without elements nothing is asked for, but the loop over them wants a function to compile.
+    distances = {kind: _DISTANCES[primitives[kind]] for kind in kinds or (min(primitives),)}
+    return _least.bind(distance=cells.by_kind(distances))
 
 
 @functools.cache

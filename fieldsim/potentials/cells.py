@@ -77,6 +77,11 @@ class Elements:
     def __len__(self) -> int:
         return len(self.kinds)
 
+    def grouped(self) -> tuple["Elements", np.ndarray]:
+        """The elements sorted by cell, and the permutation that sorts them."""
+        by = np.argsort(self.kinds, kind="stable")
+        return Elements(self.rows[by], self.kinds[by], self.order[by]), by
+
 
 def pack(primitives, kernels, strengths, folds=None) -> Elements:
     """Elements of concrete primitives, one kernel and one strength each, grouped by cell."""
@@ -88,8 +93,7 @@ def pack(primitives, kernels, strengths, folds=None) -> Elements:
         primitive.pack(rows[row])
     rows[:, STRENGTH] = strengths
     rows[:, FOLD] = 0.0 if folds is None else folds
-    order = np.argsort(kinds, kind="stable")
-    return Elements(rows[order], kinds[order], order)
+    return Elements(rows, kinds, np.arange(len(kinds))).grouped()[0]
 
 
 def concatenate(parts) -> Elements:
@@ -101,24 +105,28 @@ def concatenate(parts) -> Elements:
 
 
 def place(rows: np.ndarray, rotation: np.ndarray, position: np.ndarray) -> np.ndarray:
-    """Rows moved from the body's frame to the world's: x -> rotation x + position."""
+    """Rows moved from the body's frame to the world's: x -> rotation x + position.
+
+    rows (..., WIDTH); rotation (..., 3, 3) and position (..., 3) may differ from row to row.
+    """
     placed = rows.copy()
-    positions = rows[:, POSITIONS].reshape(-1, 3, 3)
-    directions = rows[:, DIRECTIONS].reshape(-1, 2, 3)
-    placed[:, POSITIONS] = (positions @ rotation.T + position).reshape(-1, 9)
-    placed[:, DIRECTIONS] = (directions @ rotation.T).reshape(-1, 6)
+    shape = rows.shape[:-1]
+    turn = np.swapaxes(rotation, -1, -2)
+    positions = rows[..., POSITIONS].reshape(*shape, 3, 3) @ turn + position[..., None, :]
+    placed[..., POSITIONS] = positions.reshape(*shape, 9)
+    placed[..., DIRECTIONS] = (rows[..., DIRECTIONS].reshape(*shape, 2, 3) @ turn).reshape(*shape, 6)
     return placed
 
 
 @portable
 def _last(x: real, y: real, z: real, rows: Table, kinds: Indices, i: int):
-    return jet(x, y, z, rows, i)  # noqa: F821 - bound by `element_jet`
+    return function(x, y, z, rows, i)  # noqa: F821 - bound by `by_kind`
 
 
 @portable
 def _choose(x: real, y: real, z: real, rows: Table, kinds: Indices, i: int):
-    if kinds[i] == kind:  # noqa: F821 - bound by `element_jet`
-        return jet(x, y, z, rows, i)  # noqa: F821
+    if kinds[i] == kind:  # noqa: F821 - bound by `by_kind`
+        return function(x, y, z, rows, i)  # noqa: F821
     return otherwise(x, y, z, rows, kinds, i)  # noqa: F821
 
 
@@ -128,17 +136,20 @@ def _nothing(x: real, y: real, z: real, rows: Table, kinds: Indices, i: int):
     return zero, zero, zero, zero, zero, zero, zero, zero, zero, zero
 
 
+def by_kind(functions: dict[int, Portable]) -> Portable:
+    """Portable (x, y, z, rows, kinds, i) -> what the function of element i's kind, of (x, y, z, rows, i), returns."""
+    *others, last = sorted(functions)
+    chosen = _last.bind(function=functions[last])
+    for kind in reversed(others):
+        chosen = _choose.bind(kind=kind, function=functions[kind], otherwise=chosen)
+    return chosen
+
+
 @functools.cache
 def element_jet(kinds_used: tuple[int, ...]) -> Portable:
     """Portable (x, y, z, rows, kinds, i) -> the jet of element i, knowing only the given kinds."""
-    by_kind = {cell.kind: cell.jet for cell in CELLS.values()}
-    if not kinds_used:
-        return _nothing
-    *others, last = kinds_used
-    chosen = _last.bind(jet=by_kind[last])
-    for kind in reversed(others):
-        chosen = _choose.bind(kind=kind, jet=by_kind[kind], otherwise=chosen)
-    return chosen
+    jets = {cell.kind: cell.jet for cell in CELLS.values() if cell.kind in kinds_used}
+    return by_kind(jets) if kinds_used else _nothing
 
 
 @portable

@@ -18,12 +18,9 @@ import math
 from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.portable import Table, portable, real
-from fieldsim.potentials import cells, compact_arc, compact_segment, inverse_square, metaball_arc
+from fieldsim.potentials import cells
 from fieldsim.potentials.arc import Arc
 from fieldsim.potentials.segment import Segment
-
-# Imported so that their cells are in the chart, to be profiled below.
-_FILLED = compact_arc, compact_segment, inverse_square, metaball_arc
 
 SHAPES = ("along", "hat", "sine")
 DEGREE = 5

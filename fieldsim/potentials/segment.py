@@ -234,22 +234,21 @@ def _remainder(p: real, near: real, far: real, t_high: real, t_low: real, grid: 
 
 
 @portable
-def segment_jet(x: real, y: real, z: real, rows: Table, i: int):
-    """Jet of a segment, in the coordinates of `segment`: lo along, rho across.
+def beside_line(
+    x: real, y: real, z: real, rows: Table, i: int, start: int, end: int, ux: real, uy: real, uz: real, length: real
+):
+    """(out, lo, wx, wy, wz, rho2): the coordinates of `segment` for the line between two positions of row i.
 
-    `kernel(lo, rho2, length, width, fold)` returns (F, F_lo, F_rho / rho, F_lolo, F_lorho, F_rhorho - F_rho / rho).
+    start, end: their first columns; (ux, uy, uz): the direction between them. out: 1 where the end is the nearer one,
+    -1 where the start is; lo: along, outward from it; w: offset from the line, of square rho2.
     """
-    length = rows[i, 2]
-    ux = rows[i, 14]
-    uy = rows[i, 15]
-    uz = rows[i, 16]
     # Offsets from the nearer end, so that points close to either end keep their digits.
-    near = 5
-    far = 8
+    near = start
+    far = end
     out = -real(1.0)
-    if (x - rows[i, 5]) * ux + (y - rows[i, 6]) * uy + (z - rows[i, 7]) * uz > real(0.5) * length:
-        near = 8
-        far = 5
+    if (x - rows[i, start]) * ux + (y - rows[i, start + 1]) * uy + (z - rows[i, start + 2]) * uz > real(0.5) * length:
+        near = end
+        far = start
         out = real(1.0)
     wx = x - rows[i, near]
     wy = y - rows[i, near + 1]
@@ -275,6 +274,20 @@ def segment_jet(x: real, y: real, z: real, rows: Table, i: int):
         wy -= along * uy
         wz -= along * uz
         rho2 = wx * wx + wy * wy + wz * wz
+    return out, lo, wx, wy, wz, rho2
+
+
+@portable
+def segment_jet(x: real, y: real, z: real, rows: Table, i: int):
+    """Jet of a segment, in the coordinates of `segment`: lo along, rho across.
+
+    `kernel(lo, rho2, length, width, fold)` returns (F, F_lo, F_rho / rho, F_lolo, F_lorho, F_rhorho - F_rho / rho).
+    """
+    length = rows[i, 2]
+    ux = rows[i, 14]
+    uy = rows[i, 15]
+    uz = rows[i, 16]
+    out, lo, wx, wy, wz, rho2 = beside_line(x, y, z, rows, i, 5, 8, ux, uy, uz, length)
     f, slope, across, slope_slope, mixed, bend = kernel(lo, rho2, length, rows[i, 1], rows[i, 4])  # noqa: F821
     f *= rows[i, 0]
     slope *= out * rows[i, 0]

@@ -27,7 +27,7 @@ from fieldsim.potentials.field import Field
 from fieldsim.potentials.kernels import Newtonian
 from fieldsim.potentials.mesh import TriangleMesh
 from fieldsim.potentials.primitive import Primitive
-from fieldsim.potentials.segment import CLOSE, SPLIT, SPLIT_SINGLE, _remainder
+from fieldsim.potentials.segment import beside_line
 from fieldsim.potentials.special import log1p
 from fieldsim.potentials.triangle import Triangle
 
@@ -101,42 +101,7 @@ def _edge(x: real, y: real, z: real, rows: Table, i: int, start: int, end: int, 
     ux /= length
     uy /= length
     uz /= length
-    # Offsets from the nearer end, so that points close to either end keep their digits.
-    near = start
-    far = end
-    out = -real(1.0)
-    wx = x - rows[i, start]
-    wy = y - rows[i, start + 1]
-    wz = z - rows[i, start + 2]
-    lo = -(wx * ux + wy * uy + wz * uz)
-    if lo < -real(0.5) * length:
-        near = end
-        far = start
-        out = real(1.0)
-        wx = x - rows[i, end]
-        wy = y - rows[i, end + 1]
-        wz = z - rows[i, end + 2]
-        lo = wx * ux + wy * uy + wz * uz
-    wx -= lo * out * ux
-    wy -= lo * out * uy
-    wz -= lo * out * uz
-    rho2 = wx * wx + wy * wy + wz * wz
-    if rho2 < real(CLOSE) * lo * lo:
-        # Close to the line what is left of the offset is mostly rounding; once more, with care.
-        t = -lo / length
-        split = real(SPLIT)
-        if real(1.0) + real(1e-10) == real(1.0):
-            split = real(SPLIT_SINGLE)
-        t_high = (t + split) - split
-        grid = real(2.0) * split * length
-        wx = _remainder(x, rows[i, near], rows[i, far], t_high, t - t_high, grid)
-        wy = _remainder(y, rows[i, near + 1], rows[i, far + 1], t_high, t - t_high, grid)
-        wz = _remainder(z, rows[i, near + 2], rows[i, far + 2], t_high, t - t_high, grid)
-        along = wx * ux + wy * uy + wz * uz
-        wx -= along * ux
-        wy -= along * uy
-        wz -= along * uz
-        rho2 = wx * wx + wy * wy + wz * wz
+    _out, lo, wx, wy, wz, rho2 = beside_line(x, y, z, rows, i, start, end, ux, uy, uz, length)
     ex = uy * nz - uz * ny
     ey = uz * nx - ux * nz
     ez = ux * ny - uy * nx

@@ -326,6 +326,23 @@ COS_30 = math.sqrt(0.75)
 
 
 @portable
+def sine_fourth_series(u: real):
+    """Integral of sin^4 from 0 to an angle below 30 degrees over t^5, t = tan(angle / 2), as a series in u = t^2."""
+    p = real(789.5640093228268)
+    p = p * u - real(918.4891935592188)
+    p = p * u + real(747.2761859335488)
+    p = p * u - real(555.3818682741709)
+    p = p * u + real(395.27874539897095)
+    p = p * u - real(268.7996256628945)
+    p = p * u + real(172.30768660581057)
+    p = p * u - real(101.81818176740428)
+    p = p * u + real(53.33333333310107)
+    p = p * u - real(22.857142857142442)
+    p = p * u + real(6.3999999999999995)
+    return p
+
+
+@portable
 def sine_powers(sin: real, cos: real, angle: real):
     """Integrals of sin^2 and of sin^4 from 0 to `angle` (0..pi), each to rounding; sin and cos are the angle's.
 
@@ -338,18 +355,7 @@ def sine_powers(sin: real, cos: real, angle: real):
     # Small angles, where these differences cancel: a Chebyshev series in t^2 = tan(angle / 2)^2 <= 0.0718.
     t = sin / (real(1.0) + cos)
     u = t * t
-    p = real(789.5640093228268)
-    p = p * u - real(918.4891935592188)
-    p = p * u + real(747.2761859335488)
-    p = p * u - real(555.3818682741709)
-    p = p * u + real(395.27874539897095)
-    p = p * u - real(268.7996256628945)
-    p = p * u + real(172.30768660581057)
-    p = p * u - real(101.81818176740428)
-    p = p * u + real(53.33333333310107)
-    p = p * u - real(22.857142857142442)
-    p = p * u + real(6.3999999999999995)
-    fourth = p * u * u * t
+    fourth = sine_fourth_series(u) * u * u * t
     return (real(4.0) * fourth + cube * cos) / real(3.0), fourth
 
 

@@ -16,7 +16,7 @@ from fieldsim.errors import InputError
 from fieldsim.portable import Table, portable, real
 from fieldsim.potentials.cells import register
 from fieldsim.potentials.kernels import Newtonian
-from fieldsim.potentials.segment import CLOSE, SPLIT, SPLIT_SINGLE, Segment, _remainder, newtonian_segment
+from fieldsim.potentials.segment import Segment, beside_line, newtonian_segment
 
 
 @dataclasses.dataclass(frozen=True)
@@ -144,41 +144,12 @@ def tapered_jet(x: real, y: real, z: real, rows: Table, i: int):
     ux = rows[i, 14]
     uy = rows[i, 15]
     uz = rows[i, 16]
-    near = 5
-    far = 8
-    out = -real(1.0)
+    out, lo, wx, wy, wz, rho2 = beside_line(x, y, z, rows, i, 5, 8, ux, uy, uz, length)
     w_near = rows[i, 20]
     w_far = rows[i, 21]
-    if (x - rows[i, 5]) * ux + (y - rows[i, 6]) * uy + (z - rows[i, 7]) * uz > real(0.5) * length:
-        near = 8
-        far = 5
-        out = real(1.0)
+    if out > real(0.0):
         w_near = rows[i, 21]
         w_far = rows[i, 20]
-    wx = x - rows[i, near]
-    wy = y - rows[i, near + 1]
-    wz = z - rows[i, near + 2]
-    lo = out * (wx * ux + wy * uy + wz * uz)
-    wx -= lo * out * ux
-    wy -= lo * out * uy
-    wz -= lo * out * uz
-    rho2 = wx * wx + wy * wy + wz * wz
-    if rho2 < real(CLOSE) * lo * lo:
-        # Close to the line what is left of the offset is mostly rounding; once more, with care.
-        t = -lo / length
-        split = real(SPLIT)
-        if real(1.0) + real(1e-10) == real(1.0):
-            split = real(SPLIT_SINGLE)
-        t_high = (t + split) - split
-        grid = real(2.0) * split * length
-        wx = _remainder(x, rows[i, near], rows[i, far], t_high, t - t_high, grid)
-        wy = _remainder(y, rows[i, near + 1], rows[i, far + 1], t_high, t - t_high, grid)
-        wz = _remainder(z, rows[i, near + 2], rows[i, far + 2], t_high, t - t_high, grid)
-        along = wx * ux + wy * uy + wz * uz
-        wx -= along * ux
-        wy -= along * uy
-        wz -= along * uz
-        rho2 = wx * wx + wy * wy + wz * wz
     f, slope, across, slope_slope, mixed, bend = newtonian_tapered(lo, rho2, length, rows[i, 1], w_near, w_far)
     strength = rows[i, 0]
     slope *= out * strength

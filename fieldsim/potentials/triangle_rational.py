@@ -10,7 +10,7 @@ from fieldsim.portable import portable, real
 from fieldsim.potentials.cells import register
 from fieldsim.potentials.clausen import clausen
 from fieldsim.potentials.kernels import Cauchy, InverseSquare
-from fieldsim.potentials.special import sine_powers
+from fieldsim.potentials.special import sine_fourth_series, sine_powers
 from fieldsim.potentials.triangle import FAR, Triangle
 from fieldsim.potentials.triangle_edges import cell, newtonian_far
 
@@ -52,17 +52,7 @@ def _small_powers(turn: real, sin: real, cos: real):
     t = turn / (real(1.0) + cos)
     u = sin / (real(1.0) + cos)
     u *= u
-    p = real(789.5640093228268)
-    p = p * u - real(918.4891935592188)
-    p = p * u + real(747.2761859335488)
-    p = p * u - real(555.3818682741709)
-    p = p * u + real(395.27874539897095)
-    p = p * u - real(268.7996256628945)
-    p = p * u + real(172.30768660581057)
-    p = p * u - real(101.81818176740428)
-    p = p * u + real(53.33333333310107)
-    p = p * u - real(22.857142857142442)
-    p = p * u + real(6.3999999999999995)
+    p = sine_fourth_series(u)
     t3 = t * t * t
     return (real(4.0) * p * u * t3 + turn * turn * turn * cos) / real(3.0), p * t * t * t3
 

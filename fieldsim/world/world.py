@@ -74,9 +74,7 @@ class Snapshot:
             parts.append(dataclasses.replace(local, rows=rows))
             owners.append(np.full(len(local), len(materials), dtype=np.int32))
             materials.append(body.surface.at(self.time))
-        everything = cells.concatenate(parts)
-        order = np.argsort(everything.kinds, kind="stable")
-        grouped = cells.Elements(everything.rows[order], everything.kinds[order], everything.order[order])
+        grouped, order = cells.concatenate(parts).grouped()
         owner = np.concatenate(owners)[order] if owners else np.zeros(0, dtype=np.int32)
         return Surface(grouped, owner, tuple(materials))
 

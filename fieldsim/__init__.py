@@ -48,12 +48,14 @@ from fieldsim.world.body import Body, Bounce, Particles
 from fieldsim.world.light import Background, DirectionalLight, PointLight
 from fieldsim.world.material import Material
 from fieldsim.world.motion import Keyframes, Pose, Spin, timeline
+from fieldsim.world.rig import Bone, Rig
 from fieldsim.world.world import Snapshot, World
 
 __all__ = [
     "Arc",
     "Background",
     "Body",
+    "Bone",
     "Bounce",
     "Camera",
     "Cauchy",
@@ -89,6 +91,7 @@ __all__ = [
     "Quartic",
     "Renderer",
     "Report",
+    "Rig",
     "Scenario",
     "ScenarioError",
     "Segment",

@@ -49,6 +49,8 @@ class Arc(Primitive):
     angle: float
 
     dimension = 1
+    points = ("center",)
+    directions = ("normal", "start")
 
     def _checked(self):
         normal = validate.direction("Arc", "normal", self.normal)

@@ -34,6 +34,8 @@ class Circle(Primitive):
     radius: float
 
     dimension = 1
+    points = ("center",)
+    directions = ("normal",)
 
     def _checked(self):
         return {

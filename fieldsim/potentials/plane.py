@@ -28,6 +28,8 @@ class Plane(Primitive):
     normal: tuple[float, float, float]
 
     dimension = 2
+    points = ("point",)
+    directions = ("normal",)
 
     def _checked(self):
         return {

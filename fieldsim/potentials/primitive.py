@@ -1,6 +1,7 @@
 """What every primitive of a skeleton shares: frozen fields that may be functions of time."""
 
 import dataclasses
+import typing
 
 
 @dataclasses.dataclass(frozen=True)
@@ -8,7 +9,11 @@ class Primitive:
     """A piece of a skeleton. Any field may be a number (or vector) or a function of time giving one.
 
     A primitive whose fields are all plain values is *concrete*: it is checked when made, and only it can be packed.
+    points, directions: names of the fields that move along, and of those that only turn, with the frame they are in.
     """
+
+    points: typing.ClassVar[tuple[str, ...]]
+    directions: typing.ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self):
         if self.animated:

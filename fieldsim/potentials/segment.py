@@ -42,6 +42,7 @@ class Segment(Primitive):
     end: tuple[float, float, float]
 
     dimension = 1
+    points = ("start", "end")
 
     def _checked(self):
         start = validate.vector("Segment", "start", self.start)

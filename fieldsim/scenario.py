@@ -15,7 +15,7 @@ import types
 import typing
 
 from fieldsim import validate
-from fieldsim.dynamics.integrators import Leapfrog
+from fieldsim.dynamics.integrators import Integrator
 from fieldsim.errors import FieldsimError, InputError, ScenarioError
 from fieldsim.render.camera import Camera
 from fieldsim.world.world import World
@@ -36,15 +36,15 @@ class Scenario:
     camera: Camera = dataclasses.field(kw_only=False)
     duration: float
     fps: float = 30.0
-    integrator: Leapfrog | None = None
+    integrator: Integrator | None = None
     title: str = ""
 
     def __post_init__(self):
         for name, kind in (("world", World), ("camera", Camera)):
             if not isinstance(getattr(self, name), kind):
                 raise InputError(f"Scenario: {name} is {getattr(self, name)!r}; give a fs.{kind.__name__}")
-        if not isinstance(self.integrator, Leapfrog | None):
-            raise InputError(f"Scenario: integrator is {self.integrator!r}; give fs.Leapfrog(dt), or None")
+        if not isinstance(self.integrator, Integrator | None):
+            raise InputError(f"Scenario: integrator is {self.integrator!r}; give one such as fs.Leapfrog(dt), or None")
         for name in ("duration", "fps"):
             object.__setattr__(self, name, validate.number("Scenario", name, getattr(self, name), above=0.0))
 

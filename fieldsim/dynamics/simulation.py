@@ -7,9 +7,10 @@ import numpy as np
 import warp as wp
 
 from fieldsim import validate
-from fieldsim.dynamics.integrators import Leapfrog
+from fieldsim.dynamics.integrators import Leapfrog, Splitting
 from fieldsim.dynamics.sources import Sources, field_and_gradient, upload
-from fieldsim.dynamics.steps import Balls, contact_kernel, leapfrog_kernel, release_kernel
+from fieldsim.dynamics.state import state_of
+from fieldsim.dynamics.steps import LANES, Balls, contact_kernel, method_of, release_kernel, splitting_kernel
 from fieldsim.dynamics.surfaces import Surfaces
 from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
 from fieldsim.launch import device_named, launch
@@ -25,29 +26,37 @@ LAUNCH_ROWS = 65_536
 class Simulation:
     """A world's particles in motion, as test particles: bodies pull them, they do not pull back.
 
-    integrator: `Leapfrog(dt)`. time: where it starts. device: "cpu" (default), "cuda", ...; threads: CPU threads (all
-    cores unless told). State is float64. The same inputs give the same bytes, whatever the number of threads.
+    integrator: `Leapfrog(dt)` or another of `integrators`. time: where it starts. device: "cpu" (default), "cuda", ...;
+    threads: CPU threads (all cores unless told). State is float64, with compensated summation. The same inputs give the
+    same bytes, whatever the number of threads.
     """
 
     def __init__(self, world, integrator=None, *, time: float = 0.0, device=None, threads: int | None = None):
         self.world = world
         self.integrator = Leapfrog() if integrator is None else integrator
-        if not isinstance(self.integrator, Leapfrog):
-            raise InputError(f"Simulation: integrator is {integrator!r}; give fs.Leapfrog(dt)")
+        if not isinstance(self.integrator, Splitting):
+            raise InputError(f"Simulation: integrator is {integrator!r}; give one such as fs.Leapfrog(dt)")
         self.time = validate.number("Simulation", "time", time)
         self.device = device_named(device)
         self.threads = threads
         self.steps_done = 0
         self._gravity = Sources(world, "gravity", self.time)
         self._sizes = [len(particles) for particles in world.particles]
-        self._x = self._upload([particles.positions for particles in world.particles])
-        self._v = self._upload([particles.velocities for particles in world.particles])
-        self._bounces = wp.zeros(len(self._x), dtype=wp.int32, device=self.device)
+        positions, velocities = ([getattr(p, name) for p in world.particles] for name in ("positions", "velocities"))
+        self._state = state_of(
+            *(np.concatenate([np.zeros((0, 3)), *sets]) for sets in (positions, velocities)), self.device
+        )
+        self._bounces = wp.zeros(self._count, dtype=wp.int32, device=self.device)
         self._surfaces = Surfaces(world, self.time) if any(p.contact for p in world.particles) else ()
         if self._surfaces:
             self._release()
         self._still = upload(self._gravity, np.array([self.time]), self.device)
-        _, self._a = field_and_gradient(self._gravity, self._still, self._x, threads=threads)
+        _, self._state.a = field_and_gradient(self._gravity, self._still, self._state.x, threads=threads)
+
+    @property
+    def _count(self):
+        """Number of particles."""
+        return len(self._state.x)
 
     @functools.cached_property
     def _balls(self):
@@ -63,24 +72,20 @@ class Simulation:
 
     def _release(self):
         """Particles that start inside a surface are moved out of it, with a warning."""
-        inside = wp.empty(len(self._x), dtype=wp.int32, device=self.device)
+        inside = wp.empty(self._count, dtype=wp.int32, device=self.device)
         # Two equal stages: the world as it is now, standing still.
         surfaces = self._surfaces.upload(np.array([self.time, self.time]), self.device)
         kernel = release_kernel(self._surfaces.sources.kinds_used)
-        inputs, outputs = [surfaces, self._balls], [self._x, inside]
-        launch(kernel, len(self._x), inputs, outputs, device=self.device, threads=self.threads)
+        inputs, outputs = [surfaces, self._balls], [self._state.x, inside]
+        launch(kernel, self._count, inputs, outputs, device=self.device, threads=self.threads)
         count = int(inside.numpy().sum())
         if count:
             warnings.warn(
-                f"{count} of {len(self._x)} particles start inside a surface and were moved out of it; "
+                f"{count} of {self._count} particles start inside a surface and were moved out of it; "
                 "start them farther away or give them contact=None",
                 FieldsimWarning,
                 stacklevel=3,
             )
-
-    def _upload(self, sets):
-        everything = np.concatenate(sets) if sets else np.zeros((0, 3))
-        return wp.array(everything, dtype=wp.vec3d, device=self.device)
 
     def _sets(self, array):
         """Copies on the host, one (N, 3) array per set of particles."""
@@ -89,12 +94,12 @@ class Simulation:
     @property
     def positions(self) -> list[np.ndarray]:
         """Positions, world frame, (N, 3) per set of particles."""
-        return self._sets(self._x)
+        return self._sets(self._state.x)
 
     @property
     def velocities(self) -> list[np.ndarray]:
         """Velocities, world frame, (N, 3) per set of particles."""
-        return self._sets(self._v)
+        return self._sets(self._state.v)
 
     def advance(self, until: float) -> None:
         """Run to the time `until` in equal steps, at most the integrator's dt long, the last landing on it exactly."""
@@ -103,11 +108,11 @@ class Simulation:
             raise InputError(f"Simulation.advance: until is {until:g}, before the present time {self.time:g}")
         count, dt = self.integrator.steps(until - self.time)
         start = self.time
-        if len(self._x):
+        if self._count:
             for first in range(0, count, self._steps_per_launch):
-                stages = np.arange(first, min(first + self._steps_per_launch, count) + 1)
-                self._leap(start + dt * stages, dt)
-                self.time = start + dt * float(stages[-1])
+                steps = np.arange(first, min(first + self._steps_per_launch, count))
+                self._leap(steps, start, dt)
+                self.time = start + dt * float(steps[-1] + 1)
         self.time = until
         self._refuse_nonsense()
 
@@ -124,23 +129,36 @@ class Simulation:
     @property
     def _steps_per_launch(self):
         """Launches are kept short enough for small tables and a prompt answer to Ctrl-C."""
-        by_work = LAUNCH_WORK // (len(self._x) * max(1, len(self._gravity)))
-        by_rows = LAUNCH_ROWS // max(1, len(self._gravity.moving_kinds))
+        stages = len(self.integrator.drifts)
+        by_work = LAUNCH_WORK // (self._count * max(1, len(self._gravity)) * stages)
+        by_rows = LAUNCH_ROWS // (max(1, len(self._gravity.moving_kinds)) * stages)
         return max(1, min(LAUNCH_STEPS, by_work, by_rows))
 
-    def _leap(self, times, dt):
-        steps = len(times) - 1
-        gravity = upload(self._gravity, times, self.device, self._still) if self._gravity.moving else self._still
-        state = [self._x, self._v, self._a]
+    def _leap(self, steps, start, dt):
+        """Launch consecutive `steps`, counted from the time `start`."""
+        integrator = self.integrator
+        method = method_of(integrator, dt, self.device)
+        gravity = self._gravity_at(start + dt * _moments(steps, integrator.nodes))
+        options = {"device": self.device, "threads": self.threads}
         if self._surfaces:
-            kernel = contact_kernel(self._gravity.kinds_used, self._surfaces.sources.kinds_used)
+            parts = np.linspace(0.0, 1.0, integrator.evaluations + 1)
+            times = start + dt * _moments(steps, parts)
+            near = gravity if np.array_equal(parts, integrator.nodes) else self._gravity_at(times)
             surfaces = self._surfaces.upload(times, self.device)
-            inputs, state = [steps, wp.float64(dt), gravity, surfaces, self._balls], [*state, self._bounces]
+            kinds = self._gravity.kinds_used, self._surfaces.sources.kinds_used
+            kernel = contact_kernel(*kinds, any(integrator.gradients))
+            inputs = [len(steps), wp.float64(dt), method, gravity, near, surfaces, self._balls]
+            launch(kernel, self._count, inputs, [self._state, self._bounces], grain=16, **options)
         else:
-            kernel = leapfrog_kernel(self._gravity.kinds_used)
-            inputs = [steps, wp.float64(dt), gravity]
-        launch(kernel, len(self._x), inputs, state, device=self.device, grain=16, threads=self.threads)
-        self.steps_done += steps * len(self._x)
+            together = not self.device.is_cuda
+            kernel = splitting_kernel(self._gravity.kinds_used, any(integrator.gradients), together)
+            groups = -(-self._count // LANES) if together else self._count
+            launch(kernel, groups, [len(steps), method, gravity], [self._state], grain=2, **options)
+        self.steps_done += len(steps) * self._count
+
+    def _gravity_at(self, times):
+        """Gravity's tables of a launch whose stages are at `times`."""
+        return upload(self._gravity, times, self.device, self._still) if self._gravity.moving else self._still
 
     @property
     def bounces(self) -> int:
@@ -162,3 +180,9 @@ class Simulation:
         for time in times:
             self.advance(time)
             yield self.snapshot()
+
+
+def _moments(steps, nodes):
+    """The nodes of consecutive steps, one after the other, each end being the next start; unit: a step."""
+    inner = steps[:, None] + np.asarray(nodes)[:-1]
+    return np.append(inner.ravel(), steps[-1] + 1.0)

@@ -1,8 +1,8 @@
 """The elements of all bodies in one role, laid out for launches that span many steps.
 
-A *stage* is a moment at which forces are evaluated: the start and the end of each step of a launch. Bodies that neither
-move nor deform share one table of rows for all stages; the rows of the others are computed for every stage on the host.
-All rows are in the world's frame, so that kernels know nothing of bodies and poses.
+A *stage* is a moment at which forces are evaluated: the nodes of each step of a launch (leapfrog: start and end).
+Bodies that neither move nor deform share one table of rows for all stages; the rows of the others are computed for
+every stage on the host. All rows are in the world's frame, so that kernels know nothing of bodies and poses.
 """
 
 import functools
@@ -155,11 +155,43 @@ def field_at(kinds_used):
         f, x, y, z = moving(p[0], p[1], p[2], stages.moving_rows, stages.moving_kinds, first, stages.moving)
         return f, wp.vec3d(x, y, z)
 
+    return _of_both(kinds_used, still, changing)
+
+
+@functools.cache
+def hessian_at(kinds_used):
+    """Warp function (point, stages, stage) -> (gradient, Hessian) of the given cells at one stage."""
+    fixed_kinds, moving_kinds = kinds_used
+    fixed = cells.jet_sum(fixed_kinds).warp(wp.float64)
+    moving = cells.jet_sum(moving_kinds).warp(wp.float64)
+
+    @wp.func
+    def still(p: wp.vec3d, stages: Stages, stage: int):
+        _f, x, y, z, xx, yy, zz, xy, xz, yz = fixed(
+            p[0], p[1], p[2], stages.rows, stages.kinds, 0, stages.kinds.shape[0]
+        )
+        return wp.vec3d(x, y, z), wp.mat33d(xx, xy, xz, xy, yy, yz, xz, yz, zz)
+
+    @wp.func
+    def changing(p: wp.vec3d, stages: Stages, stage: int):
+        first = stage * stages.moving
+        _f, x, y, z, xx, yy, zz, xy, xz, yz = moving(
+            p[0], p[1], p[2], stages.moving_rows, stages.moving_kinds, first, stages.moving
+        )
+        return wp.vec3d(x, y, z), wp.mat33d(xx, xy, xz, xy, yy, yz, xz, yz, zz)
+
+    return _of_both(kinds_used, still, changing)
+
+
+def _of_both(kinds_used, still, changing):
+    """The sum of two Warp functions of (point, stages, stage) with two results, or the one that has elements."""
+    fixed_kinds, moving_kinds = kinds_used
+
     @wp.func
     def both(p: wp.vec3d, stages: Stages, stage: int):
-        f, g = still(p, stages, stage)
-        f_moving, g_moving = changing(p, stages, stage)
-        return f + f_moving, g + g_moving
+        one, other = still(p, stages, stage)
+        one_moving, other_moving = changing(p, stages, stage)
+        return one + one_moving, other + other_moving
 
     if not moving_kinds:
         return still

@@ -3,7 +3,7 @@
 `import fieldsim as fs`; every public name is listed in `__all__`.
 """
 
-from fieldsim import sampling
+from fieldsim import plots, sampling
 from fieldsim.cli import main
 from fieldsim.dynamics.diagnostics import (
     Energy,
@@ -30,6 +30,8 @@ from fieldsim.dynamics.integrators import (
     Splitting,
     Suzuki4,
 )
+from fieldsim.dynamics.lyapunov import Lyapunov, lyapunov
+from fieldsim.dynamics.section import Crossings, Section, poincare
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.errors import (
     DeviceError,
@@ -41,6 +43,7 @@ from fieldsim.errors import (
     ScenarioError,
 )
 from fieldsim.filming import Report, film
+from fieldsim.plots import Picture
 from fieldsim.potentials import planets, profile
 from fieldsim.potentials.arc import Arc
 from fieldsim.potentials.circle import Circle
@@ -79,6 +82,7 @@ __all__ = [
     "Cauchy",
     "Chin4",
     "Circle",
+    "Crossings",
     "DeviceError",
     "DirectionalLight",
     "Energy",
@@ -98,6 +102,7 @@ __all__ = [
     "KahanLi8",
     "Keyframes",
     "Leapfrog",
+    "Lyapunov",
     "Material",
     "Metaball",
     "Newtonian",
@@ -105,6 +110,7 @@ __all__ = [
     "Omelyan6",
     "Omelyan8",
     "Particles",
+    "Picture",
     "Plane",
     "Point",
     "PointLight",
@@ -119,6 +125,7 @@ __all__ = [
     "Rig",
     "Scenario",
     "ScenarioError",
+    "Section",
     "Segment",
     "Simulation",
     "Snapshot",
@@ -142,9 +149,12 @@ __all__ = [
     "gravity",
     "jacobi",
     "load",
+    "lyapunov",
     "main",
     "mesh",
     "planets",
+    "plots",
+    "poincare",
     "polygon",
     "polyline",
     "profile",

@@ -17,6 +17,7 @@ import typing
 from fieldsim import validate
 from fieldsim.dynamics.integrators import Integrator
 from fieldsim.errors import FieldsimError, InputError, ScenarioError
+from fieldsim.plots import Picture
 from fieldsim.render.camera import Camera
 from fieldsim.world.world import World
 
@@ -139,13 +140,13 @@ def being_loaded() -> bool:
     return _under_load.get()
 
 
-def call(build, values: dict) -> Scenario:
-    """`build(**values)`; raises ScenarioError, naming the line of the script, when it fails or gives no Scenario."""
+def call(build, values: dict) -> Scenario | Picture:
+    """`build(**values)`; raises ScenarioError, naming the line of the script, when it fails or gives something else."""
     path = inspect.getsourcefile(build) or "scenario"
     with _told(path):
         scenario = build(**values)
-    if not isinstance(scenario, Scenario):
-        raise ScenarioError(f"{_short(path)}: build returned {scenario!r}; return a fs.Scenario")
+    if not isinstance(scenario, Scenario | Picture):
+        raise ScenarioError(f"{_short(path)}: build returned {scenario!r}; return a fs.Scenario or a fs.Picture")
     return scenario
 
 

@@ -10,6 +10,7 @@ import warp as wp
 
 from fieldsim import validate
 from fieldsim.dynamics.sources import Sources, field_and_gradient, upload
+from fieldsim.dynamics.work import Work
 from fieldsim.errors import InputError
 from fieldsim.world.motion import Spin
 
@@ -74,9 +75,9 @@ def _changing(body):
 class EnergyReport:
     """How well a run kept its invariant.
 
-    invariant: "energy", "Jacobi integral" or "" where there is none; largest, rms: drift since the start relative to
-    each particle's kinetic plus absolute potential energy there, over all moments recorded; particles: how many never
-    touched a surface and so were judged, of `total`.
+    invariant: "energy", "Jacobi integral" or "energy less work"; largest, rms: drift since the start relative to each
+    particle's kinetic plus absolute potential energy there, over all moments recorded; particles: how many never
+    touched a surface and so were judged, of `total`; work: what moving sources did on those, per unit mass, in sum.
     """
 
     invariant: str
@@ -84,23 +85,33 @@ class EnergyReport:
     rms: float
     particles: int
     total: int
+    work: float = 0.0
 
     def __str__(self):
         if not self.total:
             return "no particles"
-        if not self.invariant:
-            return "no invariant to judge by: what pulls moves by functions of time"
         if not self.particles:
             return f"{self.invariant} not judged: all {self.total} particles touched a surface"
         judged = f"{self.particles} of {self.total} particles, those that never touched a surface"
-        return f"{self.invariant} drift at most {self.largest:.1e}, rms {self.rms:.1e} ({judged})"
+        work = f"; the moving bodies did work {self.work:.3g}" if self.work else ""
+        return f"{self.invariant} drift at most {self.largest:.1e}, rms {self.rms:.1e} ({judged}){work}"
+
+
+@dataclasses.dataclass
+class History:
+    """A drift against time: the largest and the rms over particles, one entry per moment recorded."""
+
+    times: list[float] = dataclasses.field(default_factory=list)
+    largest: list[float] = dataclasses.field(default_factory=list)
+    rms: list[float] = dataclasses.field(default_factory=list)
 
 
 class EnergyLog:
     """Follows the invariant of a simulation: call `record()` now and then, read `report()` at the end.
 
-    Still bodies keep each particle's energy; bodies that all turn with one Spin keep its Jacobi integral; other motions
-    keep nothing. Particles that touched a surface lose or gain energy there and are left out from then on.
+    Still bodies keep each particle's energy; bodies that all turn with one Spin keep its Jacobi integral; for other
+    motions the work that they do is followed and taken off (see `Work`), at some cost. Particles that touched a surface
+    lose or gain energy there and are left out from then on.
     """
 
     def __init__(self, simulation):
@@ -108,19 +119,23 @@ class EnergyLog:
         pulling = [body for body in simulation.world.bodies if body.gravity is not None]
         self._spin = common_spin(simulation.world)
         still = not any(body.moving or _changing(body) for body in pulling)
-        self.invariant = "energy" if still else "Jacobi integral" if self._spin else ""
-        self._largest = 0.0
+        self._work = None if still or self._spin else Work(simulation)
+        self.invariant = "energy less work" if self._work else "Jacobi integral" if self._spin else "energy"
+        self.history = History()
         self._squares = 0.0
         self._count = 0
         self._total = sum(len(particles) for particles in simulation.world.particles)
-        if self.invariant and self._total:
+        if self._total:
             start = energy(simulation.snapshot())
             self._scale = np.maximum(start.kinetic + np.abs(start.potential), np.finfo(float).tiny)
             self._start = self._values()
 
     def _values(self):
         snapshot = self._simulation.snapshot()
-        return jacobi(snapshot, self._spin) if self._spin else energy(snapshot).total
+        if self._spin:
+            return jacobi(snapshot, self._spin)
+        values = energy(snapshot).total
+        return values - self._work.values() if self._work else values
 
     @property
     def _judged(self):
@@ -128,15 +143,20 @@ class EnergyLog:
 
     def record(self) -> None:
         """Take the present moment into account."""
-        if not (self.invariant and self._total):
+        if not self._total:
             return
         drift = (np.abs(self._values() - self._start) / self._scale)[self._judged]
-        self._largest = max(self._largest, float(drift.max(initial=0.0)))
-        self._squares += float(np.sum(drift**2))
+        squares = float(np.sum(drift**2))
+        self._squares += squares
         self._count += len(drift)
+        self.history.times.append(self._simulation.time)
+        self.history.largest.append(float(drift.max(initial=0.0)))
+        self.history.rms.append((squares / max(1, len(drift))) ** 0.5)
 
     def report(self) -> EnergyReport:
         """The drift over all moments recorded so far."""
         judged = int(self._judged.sum()) if self._total else 0
         rms = (self._squares / self._count) ** 0.5 if self._count else 0.0
-        return EnergyReport(self.invariant, self._largest, rms, judged, self._total)
+        work = float(self._work.values()[self._judged].sum()) if self._work and self._total else 0.0
+        largest = max(self.history.largest, default=0.0)
+        return EnergyReport(self.invariant, largest, rms, judged, self._total, work)

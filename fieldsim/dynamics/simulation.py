@@ -40,6 +40,7 @@ class Simulation:
         self.device = device_named(device)
         self.threads = threads
         self.steps_done = 0
+        self._watchers = []
         self._gravity = Sources(world, "gravity", self.time)
         self._sizes = [len(particles) for particles in world.particles]
         positions, velocities = ([getattr(p, name) for p in world.particles] for name in ("positions", "velocities"))
@@ -136,13 +137,15 @@ class Simulation:
 
     def _leap(self, steps, start, dt):
         """Launch consecutive `steps`, counted from the time `start`."""
+        for watcher in self._watchers:
+            watcher(self._gravity, self._state, steps, start, dt)
         integrator = self.integrator
         method = method_of(integrator, dt, self.device)
-        gravity = self._gravity_at(start + dt * _moments(steps, integrator.nodes))
+        gravity = self._gravity_at(start + dt * moments(steps, integrator.nodes))
         options = {"device": self.device, "threads": self.threads}
         if self._surfaces:
             parts = np.linspace(0.0, 1.0, integrator.evaluations + 1)
-            times = start + dt * _moments(steps, parts)
+            times = start + dt * moments(steps, parts)
             near = gravity if np.array_equal(parts, integrator.nodes) else self._gravity_at(times)
             surfaces = self._surfaces.upload(times, self.device)
             kinds = self._gravity.kinds_used, self._surfaces.sources.kinds_used
@@ -155,6 +158,10 @@ class Simulation:
             groups = -(-self._count // LANES) if together else self._count
             launch(kernel, groups, [len(steps), method, gravity], [self._state], grain=2, **options)
         self.steps_done += len(steps) * self._count
+
+    def watch(self, watcher) -> None:
+        """Call `watcher(sources, state, steps, start, dt)` ahead of every launch of `steps` from time `start` on."""
+        self._watchers.append(watcher)
 
     def _gravity_at(self, times):
         """Gravity's tables of a launch whose stages are at `times`."""
@@ -182,7 +189,7 @@ class Simulation:
             yield self.snapshot()
 
 
-def _moments(steps, nodes):
+def moments(steps, nodes):
     """The nodes of consecutive steps, one after the other, each end being the next start; unit: a step."""
     inner = steps[:, None] + np.asarray(nodes)[:-1]
     return np.append(inner.ravel(), steps[-1] + 1.0)

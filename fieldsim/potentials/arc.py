@@ -71,6 +71,12 @@ class Arc(Primitive):
         """The length, radius times angle."""
         return self.radius * self.angle
 
+    @property
+    def box(self):
+        """Least and greatest coordinates of the whole circle."""
+        reach = self.radius * np.sqrt(np.maximum(0.0, 1.0 - np.square(self.normal)))
+        return np.subtract(self.center, reach), np.add(self.center, reach)
+
     def pack(self, row):
         """Write radius, angle, centre, start and normal into an element row."""
         row[2:4] = self.radius, self.angle

@@ -49,6 +49,12 @@ class Circle(Primitive):
         """The circumference."""
         return TAU * self.radius
 
+    @property
+    def box(self):
+        """Least and greatest coordinates of the whole circle."""
+        reach = self.radius * np.sqrt(np.maximum(0.0, 1.0 - np.square(self.normal)))
+        return np.subtract(self.center, reach), np.add(self.center, reach)
+
     def pack(self, row):
         """Write radius, angle, centre, some start and the normal into an element row."""
         normal = np.array(self.normal)

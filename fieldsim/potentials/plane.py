@@ -42,6 +42,11 @@ class Plane(Primitive):
         """Raises InputError: mass cannot be spread over an infinite area."""
         raise InputError(f"{self!r} has an infinite area; give its field a strength instead of a mass")
 
+    @property
+    def box(self):
+        """A plane has none: raises InputError."""
+        raise InputError(f"{self}: a plane has no end; clip it with a triangle, or leave it out")
+
     def pack(self, row):
         """Write point and normal into an element row."""
         row[5:8] = self.point

@@ -3,6 +3,8 @@
 import dataclasses
 import typing
 
+import numpy as np
+
 
 @dataclasses.dataclass(frozen=True)
 class Primitive:
@@ -36,6 +38,12 @@ class Primitive:
     def _checked(self) -> dict:
         """The fields' values, checked and normalised; raises InputError."""
         raise NotImplementedError
+
+    @property
+    def box(self) -> tuple[np.ndarray, np.ndarray]:
+        """Least and greatest coordinates, each (3,); raises InputError for one without end."""
+        corners = np.array([getattr(self, name) for name in self.points])
+        return corners.min(axis=0), corners.max(axis=0)
 
     def pack(self, row) -> None:
         """Write the geometry into an element row (see `cells`)."""

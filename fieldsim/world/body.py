@@ -70,6 +70,20 @@ class Body:
         """Packed surface elements at `time`, in the body's frame, scaled so that the surface is F = 1."""
         return self._pack_surface(time) if self.deforming else self._fixed_surface
 
+    def surface_field(self, time: float = 0.0) -> Field:
+        """The field whose level 1 is the body's surface at `time`, in the body's frame."""
+        if self.surface is None:
+            raise InputError(f"Body {self.name or repr(self.skeleton)}: it has no surface; give it a fs.Material")
+        return Field.of_elements(self.surface_elements(time))
+
+    def surface_mesh(self, time: float = 0.0, *, resolution: int | None = None, tolerance: float | None = None):
+        """The surface at `time`, alone and in the body's frame, as a closed `TriangleMesh`; see `Field.mesh`."""
+        from fieldsim.potentials.isosurface import level_mesh
+
+        low, high = zip(*(primitive.at(time).box for primitive in self.skeleton), strict=True)
+        low, high = np.min(low, axis=0), np.max(high, axis=0)
+        return level_mesh(self.surface_field(time), 1.0, low, high, resolution=resolution, tolerance=tolerance)
+
     @functools.cached_property
     def _fixed_gravity(self):
         return self._pack_gravity(0.0)

@@ -119,15 +119,15 @@ def place(rows: np.ndarray, rotation: np.ndarray, position: np.ndarray) -> np.nd
 
 
 @portable
-def _last(x: real, y: real, z: real, rows: Table, kinds: Indices, i: int):
+def _alone(x: real, y: real, z: real, rows: Table, kinds: Indices, i: int):
     return function(x, y, z, rows, i)  # noqa: F821 - bound by `by_kind`
 
 
 @portable
 def _choose(x: real, y: real, z: real, rows: Table, kinds: Indices, i: int):
-    if kinds[i] == kind:  # noqa: F821 - bound by `by_kind`
-        return function(x, y, z, rows, i)  # noqa: F821
-    return otherwise(x, y, z, rows, kinds, i)  # noqa: F821
+    if kinds[i] < kind:  # noqa: F821 - bound by `by_kind`
+        return below(x, y, z, rows, kinds, i)  # noqa: F821
+    return others(x, y, z, rows, kinds, i)  # noqa: F821
 
 
 @portable
@@ -137,12 +137,16 @@ def _nothing(x: real, y: real, z: real, rows: Table, kinds: Indices, i: int):
 
 
 def by_kind(functions: dict[int, Portable]) -> Portable:
-    """Portable (x, y, z, rows, kinds, i) -> what the function of element i's kind, of (x, y, z, rows, i), returns."""
-    *others, last = sorted(functions)
-    chosen = _last.bind(function=functions[last])
-    for kind in reversed(others):
-        chosen = _choose.bind(kind=kind, function=functions[kind], otherwise=chosen)
-    return chosen
+    """Portable (x, y, z, rows, kinds, i) -> what the function of element i's kind, of (x, y, z, rows, i), returns.
+
+    It halves the kinds, so that calls nest as deep as the logarithm of their number.
+    """
+    kinds = sorted(functions)
+    if len(kinds) == 1:
+        return _alone.bind(function=functions[kinds[0]])
+    half = len(kinds) // 2
+    below, others = (by_kind({kind: functions[kind] for kind in part}) for part in (kinds[:half], kinds[half:]))
+    return _choose.bind(kind=kinds[half], below=below, others=others)
 
 
 @functools.cache

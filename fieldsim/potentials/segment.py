@@ -20,9 +20,10 @@ from fieldsim.portable import Table, portable, real
 from fieldsim.potentials.cells import register
 from fieldsim.potentials.error_functions import erfcx
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
+from fieldsim.potentials.line_integrals import inverse_powers
 from fieldsim.potentials.point import EXPONENT_LIMIT, FAR
 from fieldsim.potentials.primitive import Primitive
-from fieldsim.potentials.special import COS_30, log1p, sine_powers, sine_sixth
+from fieldsim.potentials.special import log1p
 
 HALF_SQRT_PI = math.sqrt(math.pi) / 2
 # Below this width in units of 1/a a Gaussian segment is integrated by eight Gauss-Legendre nodes, exact to rounding.
@@ -71,39 +72,22 @@ def _plain(point):
 def cauchy_segment(lo: real, rho2: real, length: real, s: real, fold: real):
     """Local derivatives for `segment_jet`, of the Cauchy kernel.
 
-    Relative error < 1e-13, also far beyond the ends. With q = (c/s) tan(phi), c^2 = 1 + s^2 rho2, the integrals are
-    those of cos^2, cos^4 and cos^6 over phi; written in the difference of the two phi's (both arctangents combined) and
-    the product of their cosines, every term is positive beyond the ends. Sherstyuk 1999, eq. 2.21, recast.
+    Relative error < 1e-13, also far beyond the ends. Sherstyuk 1999, eq. 2.21, with both arctangents combined.
     """
     hi = lo + length
     c2 = real(1.0) + s * s * rho2
-    c = math.sqrt(c2)
     w_lo = real(1.0) / (c2 + s * s * lo * lo)
     w_hi = real(1.0) / (c2 + s * s * hi * hi)
-    root = math.sqrt(w_lo) * math.sqrt(w_hi)
-    sin = s * length * c * root
-    cos = (c2 + s * s * lo * hi) * root
-    product = c2 * root
-    angle = real(0.0)
-    if cos < real(COS_30):
-        angle = math.atan2(sin, cos)
-    square, fourth = sine_powers(sin, cos, angle)
-    sixth = sine_sixth(sin, cos, fourth)
-    cube = sin * sin * sin
-    f = (product * sin + square) / (s * c2 * c)
-    cos4 = product * (product * sin * cos + cube) + fourth
-    cos6 = product * sin * (real(4.0) * cos * cos - real(1.0)) / real(3.0) + real(2.0) * cube * cos
-    cos6 = product * (product * cos6 + cube * sin * sin) + sixth
+    _one, two, three, four = inverse_powers(s * lo, s * length, c2, w_lo, w_hi)
     step = s * s * length * (lo + hi) * w_lo * w_hi
     step3 = step * (w_lo * w_lo + w_lo * w_hi + w_hi * w_hi)
-    per = s / (c2 * c2 * c)
     return (
-        f,
+        two / s,
         -step * (w_lo + w_hi),
-        -real(4.0) * per * cos4,
+        -real(4.0) * s * three,
         real(4.0) * s * s * (lo * step3 - length * w_hi * w_hi * w_hi),
         real(4.0) * s * s * math.sqrt(rho2) * step3,
-        real(24.0) * per * (s * s * rho2 / c2) * cos6,
+        real(24.0) * s * (s * s * rho2) * four,
     )
 
 

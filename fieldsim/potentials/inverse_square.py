@@ -51,12 +51,9 @@ def inverse_square_segment(lo: real, rho2: real, length: real, softening: real, 
     """
     hi = lo + length
     d2 = rho2 + softening * softening
-    r2_lo = lo * lo + d2
-    if r2_lo == real(0.0) or (d2 == real(0.0) and lo <= real(0.0)):
+    if lo * lo + d2 == real(0.0) or (d2 == real(0.0) and lo <= real(0.0)):
         return real(math.inf), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
-    i_lo = real(1.0) / r2_lo
-    i_hi = real(1.0) / (hi * hi + d2)
-    one, two, three, _four = inverse_powers(lo, length, d2, i_lo, i_hi)
+    i_lo, i_hi, one, two, three, _four = inverse_powers(lo, length, d2)
     along = -(length * i_lo) * ((lo + hi) * i_hi)
     along_along = -real(2.0) * (lo * along * (i_lo + i_hi) + length * i_hi * i_hi)
     mixed = -real(2.0) * math.sqrt(rho2) * along * (i_lo + i_hi)

@@ -76,13 +76,11 @@ def cauchy_segment(lo: real, rho2: real, length: real, s: real, fold: real):
     """
     hi = lo + length
     c2 = real(1.0) + s * s * rho2
-    w_lo = real(1.0) / (c2 + s * s * lo * lo)
-    w_hi = real(1.0) / (c2 + s * s * hi * hi)
-    _one, two, three, four = inverse_powers(s * lo, s * length, c2, w_lo, w_hi)
+    w_lo, w_hi, _one, two, three, four = inverse_powers(s * lo, s * length, c2)
     step = s * s * length * (lo + hi) * w_lo * w_hi
     step3 = step * (w_lo * w_lo + w_lo * w_hi + w_hi * w_hi)
     return (
-        two / s,
+        two * (real(1.0) / s),
         -step * (w_lo + w_hi),
         -real(4.0) * s * three,
         real(4.0) * s * s * (lo * step3 - length * w_hi * w_hi * w_hi),
@@ -226,24 +224,35 @@ def beside_line(
     start, end: their first columns; (ux, uy, uz): the direction between them. out: 1 where the end is the nearer one,
     -1 where the start is; lo: along, outward from it; w: offset from the line, of square rho2.
     """
-    # Offsets from the nearer end, so that points close to either end keep their digits.
-    near = start
-    far = end
+    # Offsets from both ends, and those from the nearer one, so that points close to either keep their digits.
     out = -real(1.0)
-    if (x - rows[i, start]) * ux + (y - rows[i, start + 1]) * uy + (z - rows[i, start + 2]) * uz > real(0.5) * length:
-        near = end
-        far = start
+    wx = x - rows[i, start]
+    wy = y - rows[i, start + 1]
+    wz = z - rows[i, start + 2]
+    along = wx * ux + wy * uy + wz * uz
+    lo = -along
+    fx = x - rows[i, end]
+    fy = y - rows[i, end + 1]
+    fz = z - rows[i, end + 2]
+    beyond = fx * ux + fy * uy + fz * uz
+    if along + beyond > real(0.0):
         out = real(1.0)
-    wx = x - rows[i, near]
-    wy = y - rows[i, near + 1]
-    wz = z - rows[i, near + 2]
-    lo = out * (wx * ux + wy * uy + wz * uz)
-    wx -= lo * out * ux
-    wy -= lo * out * uy
-    wz -= lo * out * uz
+        wx = fx
+        wy = fy
+        wz = fz
+        along = beyond
+        lo = beyond
+    wx -= along * ux
+    wy -= along * uy
+    wz -= along * uz
     rho2 = wx * wx + wy * wy + wz * wz
     if rho2 < real(CLOSE) * lo * lo:
         # Close to the line what is left of the offset is mostly rounding; once more, with care.
+        near = start
+        far = end
+        if out > real(0.0):
+            near = end
+            far = start
         t = -lo / length
         split = real(SPLIT)
         if real(1.0) + real(1e-10) == real(1.0):

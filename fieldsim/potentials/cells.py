@@ -11,7 +11,7 @@ An element is one primitive with its kernel, packed as a row of `WIDTH` reals, i
 | 4 FOLD | a Gaussian's folded exponent: h = exp(FOLD - a^2 r^2), so that exp(256) never stands alone |
 | 5-7, 8-10, 11-13 | positions: a point; a segment's start and end; an arc's centre |
 | 14-16, 17-19 | unit directions: a segment's axis; an arc's start and normal |
-| 20-26 | numbers of its own: a profile's shape and coefficients |
+| 20-34 | numbers of its own: a profile's shape, degree and coefficients |
 
 A cell's `jet(x, y, z, rows, i)` returns (F, Fx, Fy, Fz, Fxx, Fyy, Fzz, Fxy, Fxz, Fyz) of row i at (x, y, z): value,
 gradient and Hessian in one evaluation. Who needs less takes less: compilers drop what is left unused.
@@ -28,8 +28,8 @@ from fieldsim.portable import Indices, Portable, Table, portable, real
 STRENGTH, KERNEL, SIZE, ANGLE, FOLD = range(5)
 POSITIONS = slice(5, 14)
 DIRECTIONS = slice(14, 20)
-OWN = slice(20, 27)
-WIDTH = 27
+OWN = slice(20, 35)
+WIDTH = 35
 
 
 @dataclasses.dataclass(frozen=True)

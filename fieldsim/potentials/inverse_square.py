@@ -53,10 +53,10 @@ def inverse_square_segment(lo: real, rho2: real, length: real, softening: real, 
     d2 = rho2 + softening * softening
     if lo * lo + d2 == real(0.0) or (d2 == real(0.0) and lo <= real(0.0)):
         return real(math.inf), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
-    i_lo, i_hi, one, two, three, _four = inverse_powers(lo, length, d2)
-    along = -(length * i_lo) * ((lo + hi) * i_hi)
-    along_along = -real(2.0) * (lo * along * (i_lo + i_hi) + length * i_hi * i_hi)
-    mixed = -real(2.0) * math.sqrt(rho2) * along * (i_lo + i_hi)
+    root, ends, far, one, two, three, _four = inverse_powers(lo, length, d2)
+    along = -(length * root) * ((lo + hi) * root)
+    along_along = -real(2.0) * (lo * along * ends + length * far * far)
+    mixed = -real(2.0) * math.sqrt(rho2) * along * ends
     return one, along, -real(2.0) * two, along_along, mixed, real(8.0) * rho2 * three
 
 

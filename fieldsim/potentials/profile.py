@@ -32,7 +32,8 @@ DEGREE = 12
 class Profile:
     """p(u) = sum of coefficients[k] s^k, s = u ("along"), 1 - |2 u - 1| ("hat") or sin^2(pi u) ("sine").
 
-    Up to 13 coefficients; p is accurate to rounding of the largest term. Raises InputError for another shape, more coefficients, or none that are finite.
+    Up to 13 coefficients; p is accurate to rounding of its largest term. Raises InputError for another shape, more
+    coefficients, or none that are finite.
     """
 
     coefficients: tuple[float, ...]

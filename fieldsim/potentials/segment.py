@@ -74,18 +74,20 @@ def cauchy_segment(lo: real, rho2: real, length: real, s: real, fold: real):
 
     Relative error < 1e-13, also far beyond the ends. Sherstyuk 1999, eq. 2.21, with both arctangents combined.
     """
-    hi = lo + length
     c2 = real(1.0) + s * s * rho2
-    w_lo, w_hi, _one, two, three, four = inverse_powers(s * lo, s * length, c2)
-    step = s * s * length * (lo + hi) * w_lo * w_hi
-    step3 = step * (w_lo * w_lo + w_lo * w_hi + w_hi * w_hi)
+    width = s * length
+    # With q in units of 1/s; the ends' h is then the square of the integrand's.
+    root, ends, far, _one, two, three, four = inverse_powers(s * lo, width, c2)
+    step = width * (s * lo + (s * lo + width)) * root * root
+    per2 = real(4.0) * s * s
+    step3 = per2 * step * (ends * ends - root * root)
     return (
         two * (real(1.0) / s),
-        -step * (w_lo + w_hi),
+        -step * ends,
         -real(4.0) * s * three,
-        real(4.0) * s * s * (lo * step3 - length * w_hi * w_hi * w_hi),
-        real(4.0) * s * s * math.sqrt(rho2) * step3,
-        real(24.0) * s * (s * s * rho2) * four,
+        lo * step3 - per2 * length * far * far * far,
+        math.sqrt(rho2) * step3,
+        real(6.0) * s * (per2 * rho2) * four,
     )
 
 
@@ -246,7 +248,7 @@ def beside_line(
     wy -= along * uy
     wz -= along * uz
     rho2 = wx * wx + wy * wy + wz * wz
-    if rho2 < real(CLOSE) * lo * lo:
+    if rho2 < real(CLOSE) * (lo * lo):
         # Close to the line what is left of the offset is mostly rounding; once more, with care.
         near = start
         far = end

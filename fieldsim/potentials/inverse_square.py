@@ -8,6 +8,7 @@ from fieldsim.potentials.arc_jet import arc_jet
 from fieldsim.potentials.cells import register
 from fieldsim.potentials.circle import TAU, Circle
 from fieldsim.potentials.kernels import InverseSquare
+from fieldsim.potentials.line_integrals import inverse_powers
 from fieldsim.potentials.point import Point, point_jet
 from fieldsim.potentials.segment import Segment, segment_jet
 from fieldsim.potentials.special import sine_powers
@@ -46,32 +47,17 @@ def _angle_powers(turn: real, product: real, d: real):
 def inverse_square_segment(lo: real, rho2: real, length: real, softening: real, fold: real):
     """Local derivatives for `segment_jet`. Relative error < 1e-14 off the wire.
 
-    With q = d tan(phi), d^2 = rho^2 + softening^2, F and its slopes are the integrals of 1, cos^2 and cos^4 over phi,
-    in the difference of the two phi's and the product of their cosines (as `cauchy_segment`). On a bare wire F is inf
-    and the derivatives are 0.
+    On a bare wire F is inf and the derivatives are 0.
     """
     hi = lo + length
     d2 = rho2 + softening * softening
-    r2_lo = lo * lo + d2
-    r2_hi = hi * hi + d2
-    if r2_lo == real(0.0) or (d2 == real(0.0) and lo <= real(0.0)):
+    if lo * lo + d2 == real(0.0) or (d2 == real(0.0) and lo <= real(0.0)):
         return real(math.inf), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
-    d = math.sqrt(d2)
-    root = real(1.0) / (math.sqrt(r2_lo) * math.sqrt(r2_hi))
-    turn = length * root
-    cos = (d2 + lo * hi) * root
-    f, square, fourth = _angle_powers(turn, cos, d)
-    square += root * turn
-    fourth += d2 * root * turn * (root * cos + turn * turn)
-    i_lo = real(1.0) / r2_lo
-    i_hi = real(1.0) / r2_hi
-    along = -(length * i_lo) * ((lo + hi) * i_hi)
-    along_along = -real(2.0) * (lo * along * (i_lo + i_hi) + length * i_hi * i_hi)
-    mixed = -real(2.0) * math.sqrt(rho2) * along * (i_lo + i_hi)
-    share = real(0.0)
-    if d2 > real(0.0):
-        share = rho2 / d2
-    return f, along, -real(2.0) * square, along_along, mixed, real(8.0) * share * fourth
+    root, ends, far, one, two, three, _four = inverse_powers(lo, length, d2)
+    along = -(length * root) * ((lo + hi) * root)
+    along_along = -real(2.0) * (lo * along * ends + length * far * far)
+    mixed = -real(2.0) * math.sqrt(rho2) * along * ends
+    return one, along, -real(2.0) * two, along_along, mixed, real(8.0) * rho2 * three
 
 
 @portable

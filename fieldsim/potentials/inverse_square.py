@@ -4,6 +4,7 @@ import math
 
 from fieldsim.portable import portable, real
 from fieldsim.potentials.arc import Arc
+from fieldsim.potentials.arc_angles import arctangent, sine_cosine
 from fieldsim.potentials.arc_jet import arc_jet
 from fieldsim.potentials.cells import register
 from fieldsim.potentials.circle import TAU, Circle
@@ -37,7 +38,7 @@ def _angle_powers(turn: real, product: real, d: real):
     if product > real(0.0) and real(1.0) + sin * sin == real(1.0):
         cube = turn * turn * turn
         return turn, cube / real(3.0), real(0.2) * sin * sin * cube
-    angle = math.atan2(sin, product)
+    angle = arctangent(sin, product)
     square, fourth = sine_powers(sin, product, angle)
     return angle / d, square / d / d / d, fourth / d / d / d
 
@@ -87,9 +88,9 @@ def inverse_square_arc(
     fourth powers of cos(psi), sin(psi) over a range t, all elementary.
     """
     half = real(0.5) * angle
-    turn = math.sin(half)
-    versine = math.sin(real(0.5) * half)
-    versine = real(2.0) * versine * versine
+    sin_quarter, cos_quarter = sine_cosine(real(0.5) * half)
+    turn = real(2.0) * sin_quarter * cos_quarter
+    versine = real(2.0) * sin_quarter * sin_quarter
     if angle >= real(TAU):
         turn = real(0.0)
     outer = rho + radius

@@ -7,6 +7,7 @@ piece with roots r = sqrt(g^2 + t^2), g^2 = d^2 + z^2. Interfaces as in `triangl
 import math
 
 from fieldsim.portable import portable, real
+from fieldsim.potentials.arctangent import angle_of
 from fieldsim.potentials.cells import register
 from fieldsim.potentials.kernels import Metaball, Quartic, SoftObject
 from fieldsim.potentials.segment import newtonian_segment
@@ -37,7 +38,7 @@ def _chord(lo: real, hi: real, square: real):
 @portable
 def _angle(d: real, start: real, end: real):
     """Angle under which start..end on a line at distance d is seen, with the sign of d."""
-    return math.atan2(d * (end - start), d * d + start * end)
+    return angle_of(d * (end - start), d * d + start * end)
 
 
 # Polynomials in y = 1 - r^2 / R^2: h = c2 y^2 + c3 y^3.

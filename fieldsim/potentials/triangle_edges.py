@@ -10,12 +10,11 @@ Hessian.
 import math
 
 from fieldsim.portable import portable, real
+from fieldsim.potentials.arctangent import angle_of
 from fieldsim.potentials.cells import register
 from fieldsim.potentials.cubature import far_away
-from fieldsim.potentials.kernels import Gaussian, Newtonian
-from fieldsim.potentials.owen import line_of_sight, wedge
-from fieldsim.potentials.point import EXPONENT_LIMIT
-from fieldsim.potentials.segment import gaussian_segment, newtonian_segment
+from fieldsim.potentials.kernels import Newtonian
+from fieldsim.potentials.segment import newtonian_segment
 from fieldsim.potentials.triangle import FAR, FAR_SINGLE, Triangle, near_by, triangle_jet
 
 # Newtonian: F = sum d S - w Omega, w^2 = z^2 + softening^2, Omega the solid angle at height w.
@@ -35,7 +34,7 @@ def view(d: real, lo: real, hi: real, w: real):
     swing = hi * r_lo - lo * r_hi
     if lo > real(0.0):
         swing = g2 * ((hi - lo) / (hi * r_lo + lo * r_hi)) * (hi + lo)
-    return math.atan2(d * ((hi - lo) * g2 + w * swing), q_lo * q_hi + d * d * lo * hi)
+    return angle_of(d * ((hi - lo) * g2 + w * swing), q_lo * q_hi + d * d * lo * hi)
 
 
 @portable
@@ -47,7 +46,7 @@ def blind(d: real, lo: real, hi: real, w: real):
     swing = hi * r_lo - lo * r_hi
     if lo > real(0.0):
         swing = g2 * ((hi - lo) / (hi * r_lo + lo * r_hi)) * (hi + lo)
-    return math.atan2(w * d * swing, d * d * r_lo * r_hi + w * w * lo * hi)
+    return angle_of(w * d * swing, d * d * r_lo * r_hi + w * w * lo * hi)
 
 
 @portable
@@ -100,64 +99,10 @@ def newtonian_far(away: real, size: real, softening: real):
     return away + softening * softening > sizes * sizes * size * size
 
 
-# Gaussian: F = exp(-a^2 z^2) / a^2 times sums of Owen's T, F_z = -2 a^2 z F.
-
-
-@portable
-def gaussian_edge(d: real, lo: real, length: real, z: real, a: real, fold: real, outside: real):
-    """Outside the triangle's vicinity the sums of angles cancel exactly and are left out."""
-    s, along, across, _ll, _lr, _rr = gaussian_segment(lo, d * d + z * z, length, a, fold)
-    x = a * abs(d)
-    q = real(0.0)
-    if a * outside > real(1.0):
-        if x > real(0.0):
-            exponent, q = line_of_sight(x, a * lo, a * length)
-            q *= -math.exp(min(fold - a * a * z * z + exponent, real(EXPONENT_LIMIT)))
-    else:
-        q = wedge(x, a * (lo + length))
-        if lo > real(0.0):
-            q -= wedge(x, a * lo)
-        else:
-            q += wedge(x, -a * lo)
-        q *= math.exp(min(fold - a * a * z * z, real(EXPONENT_LIMIT)))
-    if d < real(0.0):
-        q = -q
-    return s, along, real(0.5) * across, q, real(0.0), real(0.0), real(0.0)
-
-
-@portable
-def gaussian_total(
-    q_1: real, q_2: real, q_3: real, q_4: real, z: real, a: real, fold: real, outside: real, trace: real
-):
-    """(F, F_z, F_zz)."""
-    f = real(0.5) * q_1 / (a * a)
-    u = a * z
-    return f, -u * q_1 / a, (real(2.0) * u * u - real(1.0)) * q_1
-
-
-@portable
-def gaussian_point(r2: real, a: real, fold: real):
-    """The kernel h and its first two derivatives in r^2."""
-    h = math.exp(min(fold - a * a * r2, real(EXPONENT_LIMIT)))
-    return h, -a * a * h, a * a * a * a * h
-
-
-@portable
-def gaussian_far(away: real, size: real, a: real):
-    """Whether the triangle is so small in units of 1/a that it sees no more than a polynomial."""
-    return a * size < real(0.25)
-
-
 @portable
 def nowhere(away: real, size: real, k: real):
     """A kernel that never vanishes."""
     return False
-
-
-@portable
-def gaussian_gone(away: real, size: real, a: real):
-    """Whether the Gaussian underflows all over the triangle, even one folded by 256."""
-    return a * (math.sqrt(away) - size) > real(34.0)
 
 
 def cell(point, edge, total, is_far, is_gone=nowhere):
@@ -170,5 +115,4 @@ def cell(point, edge, total, is_far, is_gone=nowhere):
     )
 
 
-register(Gaussian, Triangle, cell(gaussian_point, gaussian_edge, gaussian_total, gaussian_far, gaussian_gone))
 register(Newtonian, Triangle, cell(newtonian_point, newtonian_edge, newtonian_total, newtonian_far))

@@ -7,6 +7,7 @@ z^2 + softening^2: Cauchy is F = P / s^4, and the inverse square has dF/d(zeta) 
 import math
 
 from fieldsim.portable import portable, real
+from fieldsim.potentials.arctangent import angle_of
 from fieldsim.potentials.cells import register
 from fieldsim.potentials.clausen import clausen
 from fieldsim.potentials.kernels import Cauchy, InverseSquare
@@ -31,7 +32,7 @@ def lorentzians(g2: real, lo: real, length: real):
     cos = (g2 + lo * hi) * root
     turn = length * root  # sin(angle) / g
     sin = g * turn
-    angle = math.atan2(sin, cos)
+    angle = angle_of(sin, cos)
     if cos < real(COS_30):
         square, fourth = sine_powers(sin, cos, angle)
         square /= g * g2
@@ -112,10 +113,10 @@ def far_strip(d: real, lo: real, length: real, zeta: real):
     down = base_d * base_g + d * g * length * length
     turn = real(0.0)
     if zeta > real(0.0):
-        turn = math.atan2(across * zeta, down) / zeta
+        turn = angle_of(across * zeta, down) / zeta
     else:
         turn = across / down
-    return math.atan2(d * length, base_d) / (g * (g + d)) + d / g * turn
+    return angle_of(d * length, base_d) / (g * (g + d)) + d / g * turn
 
 
 @portable
@@ -195,9 +196,9 @@ def _sector(t: real, d: real, g: real, zeta: real, log_wide: real, log_near: rea
     Cl2(2 (theta + eta))) / 4 is that for scale = g: k = d / g, q = (1 - k) / (1 + k), eta = atan(t / g); from Lewin's
     (1981, 5.5) Im Li2. log_wide: log((g + d) / scale); log_near: log(zeta / (g + d)^2) = log q.
     """
-    theta = math.atan2(t, d)
-    eta = math.atan2(t, g)
-    split = math.atan2(t * (zeta / (g + d)), d * g + t * t)
+    theta = angle_of(t, d)
+    eta = angle_of(t, g)
+    split = angle_of(t * (zeta / (g + d)), d * g + t * t)
     value = theta * log_wide - real(0.5) * clausen(real(2.0) * theta)
     value += real(0.25) * clausen(real(2.0) * (theta + eta))
     if split != real(0.0):

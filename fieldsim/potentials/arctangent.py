@@ -50,3 +50,24 @@ def angle_of(y: real, x: real):
     if y < real(0.0):
         angle = -angle
     return angle
+
+
+@portable
+def turned(x: real, y: real, turns: real, by_x: real, by_y: real):
+    """(x, y) turned by the angle of (by_x, by_y), not scaled, and `turns`, the times that a sum of angles passed pi.
+
+    Many angles so take one arctangent: `angle_of(y, x) + 2 pi turns`.
+    """
+    size = abs(by_x) + abs(by_y)
+    cos = real(1.0)
+    sin = real(0.0)
+    if size > real(0.0):
+        cos = by_x / size
+        sin = by_y / size
+    up = x * sin + y * cos
+    # Twice pi exactly is a whole turn as well: a foot on an edge, seen by that edge and by the other two.
+    if min(y, sin) >= real(0.0) and (up < real(0.0) or (up == real(0.0) and max(x, cos) < real(0.0))):
+        turns += real(1.0)
+    if max(y, sin) < real(0.0) and up >= real(0.0):
+        turns -= real(1.0)
+    return x * cos - y * sin, up, turns

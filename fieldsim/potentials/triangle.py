@@ -21,11 +21,13 @@ import numpy as np
 from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.portable import Table, portable, real
+from fieldsim.potentials.arctangent import angle_of, turned
 from fieldsim.potentials.primitive import Primitive
 
 FAR = 6.0
 FAR_SINGLE = 4.0
 THIRD = 1 / 3
+TWO_PI = 2 * math.pi
 # Closer than this many sizes to the plane or a line, and farther than the root of AT_CORNER from a corner, with care.
 CLOSE = 1e-3
 AT_CORNER = 1e-12
@@ -138,6 +140,15 @@ def near_by(
     sum_2 = real(0.0)
     sum_3 = real(0.0)
     sum_4 = real(0.0)
+    x_1 = real(1.0)
+    y_1 = real(0.0)
+    turns_1 = real(0.0)
+    x_2 = real(1.0)
+    y_2 = real(0.0)
+    turns_2 = real(0.0)
+    x_3 = real(1.0)
+    y_3 = real(0.0)
+    turns_3 = real(0.0)
     px = ax
     py = ay
     qx = bx
@@ -157,7 +168,9 @@ def near_by(
             qy = ay
             d = d_ca
         lo, side, ux, uy, length = _edge_line(px, py, qx, qy)
-        s, along, across, q_1, q_2, q_3, q_4 = edge(d, lo, length, z, k, fold, outside)  # noqa: F821 - bound by the kernel
+        s, along, across, q_1, q_2, q_3, q_4, cos_1, sin_1, cos_2, sin_2, cos_3, sin_3 = edge(  # noqa: F821 - bound by the kernel
+            d, lo, length, z, k, fold, outside
+        )
         # Outward normal (uy, -ux); moving along u lowers lo, moving along the normal lowers d.
         along *= -side
         up = real(2.0) * z * across
@@ -173,7 +186,15 @@ def near_by(
         sum_2 += q_2
         sum_3 += q_3
         sum_4 += q_4
-    f, fz, fzz = total(sum_1, sum_2, sum_3, sum_4, z, k, fold, outside, fxx + fyy)  # noqa: F821 - bound by the kernel
+        x_1, y_1, turns_1 = turned(x_1, y_1, turns_1, cos_1, sin_1)
+        x_2, y_2, turns_2 = turned(x_2, y_2, turns_2, cos_2, sin_2)
+        x_3, y_3, turns_3 = turned(x_3, y_3, turns_3, cos_3, sin_3)
+    angle_1 = angle_of(y_1, x_1) + real(TWO_PI) * turns_1
+    angle_2 = angle_of(y_2, x_2) + real(TWO_PI) * turns_2
+    angle_3 = angle_of(y_3, x_3) + real(TWO_PI) * turns_3
+    f, fz, fzz = total(  # noqa: F821 - bound by the kernel
+        sum_1, sum_2, sum_3, sum_4, angle_1, angle_2, angle_3, z, k, fold, outside, fxx + fyy
+    )
     return f, fx, fy, fz, fxx, fyy, fzz, fxy, fxz, fyz
 
 

@@ -10,7 +10,6 @@ Hessian.
 import math
 
 from fieldsim.portable import portable, real
-from fieldsim.potentials.arctangent import angle_of
 from fieldsim.potentials.cells import register
 from fieldsim.potentials.cubature import far_away
 from fieldsim.potentials.kernels import Newtonian
@@ -22,9 +21,9 @@ from fieldsim.potentials.triangle import FAR, FAR_SINGLE, Triangle, near_by, tri
 
 @portable
 def view(d: real, lo: real, hi: real, w: real):
-    """Part of the solid angle, seen from height w > 0, between the foot and the edge; with the sign of d.
+    """Part of the solid angle, seen from height w, between the foot and the edge, as a vector of that angle.
 
-    The difference of atan(t d / (d^2 + w^2 + w r)) at the two ends, as one atan2 of terms that do not cancel.
+    The difference of atan(t d / (d^2 + w^2 + w r)) at the two ends, as one angle of terms that do not cancel.
     """
     g2 = d * d + w * w
     r_lo = math.sqrt(lo * lo + g2)
@@ -34,19 +33,19 @@ def view(d: real, lo: real, hi: real, w: real):
     swing = hi * r_lo - lo * r_hi
     if lo > real(0.0):
         swing = g2 * ((hi - lo) / (hi * r_lo + lo * r_hi)) * (hi + lo)
-    return angle_of(d * ((hi - lo) * g2 + w * swing), q_lo * q_hi + d * d * lo * hi)
+    return q_lo * q_hi + d * d * lo * hi, d * ((hi - lo) * g2 + w * swing)
 
 
 @portable
 def blind(d: real, lo: real, hi: real, w: real):
-    """The rest of the edge's angle, angle - `view`: atan(t w / (d r)) at the end less that at the start; d != 0."""
+    """The rest of the edge's angle, angle - `view`: atan(t w / (d r)) at the end less that at the start; a vector."""
     g2 = d * d + w * w
     r_lo = math.sqrt(lo * lo + g2)
     r_hi = math.sqrt(hi * hi + g2)
     swing = hi * r_lo - lo * r_hi
     if lo > real(0.0):
         swing = g2 * ((hi - lo) / (hi * r_lo + lo * r_hi)) * (hi + lo)
-    return angle_of(w * d * swing, d * d * r_lo * r_hi + w * w * lo * hi)
+    return d * d * r_lo * r_hi + w * w * lo * hi, w * d * swing
 
 
 @portable
@@ -59,18 +58,32 @@ def newtonian_edge(d: real, lo: real, length: real, z: real, softening: real, fo
     if s == real(math.inf):
         s = real(0.0)
     w = math.sqrt(z * z + softening * softening)
-    solid = real(0.0)
+    cos = real(1.0)
+    sin = real(0.0)
     if outside > w:
         if d != real(0.0):
-            solid = -blind(d, lo, lo + length, w)
+            cos, sin = blind(d, lo, lo + length, w)
+            sin = -sin
     else:
-        solid = view(d, lo, lo + length, w)
-    return s, along, real(0.5) * across, d * s, solid, real(0.0), real(0.0)
+        cos, sin = view(d, lo, lo + length, w)
+    nil = real(0.0)
+    return s, along, real(0.5) * across, d * s, nil, nil, nil, cos, sin, real(1.0), nil, real(1.0), nil
 
 
 @portable
 def newtonian_total(
-    q_1: real, q_2: real, q_3: real, q_4: real, z: real, softening: real, fold: real, outside: real, trace: real
+    q_1: real,
+    q_2: real,
+    q_3: real,
+    q_4: real,
+    angle_1: real,
+    angle_2: real,
+    angle_3: real,
+    z: real,
+    softening: real,
+    fold: real,
+    outside: real,
+    trace: real,
 ):
     """On the unsoftened sheet itself F_z is the mean of its two sides, 0."""
     w = math.sqrt(z * z + softening * softening)
@@ -78,7 +91,7 @@ def newtonian_total(
         return q_1, real(0.0), -trace
     up = z / w
     soft = softening / w
-    return q_1 - w * q_2, -q_2 * up, -trace * up * up - q_2 * soft * (soft / w)
+    return q_1 - w * angle_1, -angle_1 * up, -trace * up * up - angle_1 * soft * (soft / w)
 
 
 @portable

@@ -103,12 +103,24 @@ def gaussian_edge(d: real, lo: real, length: real, z: real, a: real, fold: real,
     rise = math.exp(min(level - x * x - (start + width) * (start + width), real(EXPONENT_LIMIT))) - math.exp(
         min(level - x * x - start * start, real(EXPONENT_LIMIT))
     )
-    return s, rise, -a * a * s, q, real(0.0), real(0.0), real(0.0)
+    nil = real(0.0)
+    return s, rise, -a * a * s, q, nil, nil, nil, real(1.0), nil, real(1.0), nil, real(1.0), nil
 
 
 @portable
 def gaussian_total(
-    q_1: real, q_2: real, q_3: real, q_4: real, z: real, a: real, fold: real, outside: real, trace: real
+    q_1: real,
+    q_2: real,
+    q_3: real,
+    q_4: real,
+    angle_1: real,
+    angle_2: real,
+    angle_3: real,
+    z: real,
+    a: real,
+    fold: real,
+    outside: real,
+    trace: real,
 ):
     """(F, F_z, F_zz)."""
     f = real(0.5) * q_1 / (a * a)

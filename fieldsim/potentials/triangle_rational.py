@@ -160,11 +160,27 @@ def cauchy_edge(d: real, lo: real, length: real, z: real, s: real, fold: real, o
     w_hi = i2 / (g2 + hi * hi)
     along = -s * s * length * (lo + hi) * w_lo * w_hi * (w_lo + w_hi)
     i4 = i2 * i2
-    return i4 * second, along, -real(2.0) * i4 * third, i4 * q_1, i4 * q_2, i4 * q_3, real(0.0)
+    across = -real(2.0) * i4 * third
+    nil = real(0.0)
+    one = real(1.0)
+    return i4 * second, along, across, i4 * q_1, i4 * q_2, i4 * q_3, nil, one, nil, one, nil, one, nil
 
 
 @portable
-def cauchy_total(q_1: real, q_2: real, q_3: real, q_4: real, z: real, s: real, fold: real, outside: real, trace: real):
+def cauchy_total(
+    q_1: real,
+    q_2: real,
+    q_3: real,
+    q_4: real,
+    angle_1: real,
+    angle_2: real,
+    angle_3: real,
+    z: real,
+    s: real,
+    fold: real,
+    outside: real,
+    trace: real,
+):
     """(F, F_z, F_zz)."""
     zeta = z * z + real(1.0) / (s * s)
     slope = real(2.0) * q_2 / zeta
@@ -262,12 +278,25 @@ def inverse_square_edge(d: real, lo: real, length: real, z: real, softening: rea
         value = _sector(hi, x, g, zeta, log_wide, log_near) - _sector(lo, x, g, zeta, log_wide, log_near)
         if d < real(0.0):
             value = -value
-    return first, along, -second, value, q_2, q_3, real(0.0)
+    one = real(1.0)
+    nil = real(0.0)
+    return first, along, -second, value, q_2, q_3, nil, one, nil, one, nil, one, nil
 
 
 @portable
 def inverse_square_total(
-    q_1: real, q_2: real, q_3: real, q_4: real, z: real, softening: real, fold: real, outside: real, trace: real
+    q_1: real,
+    q_2: real,
+    q_3: real,
+    q_4: real,
+    angle_1: real,
+    angle_2: real,
+    angle_3: real,
+    z: real,
+    softening: real,
+    fold: real,
+    outside: real,
+    trace: real,
 ):
     """On the unsoftened sheet F is inf, and F_z the mean of its two sides, 0."""
     w = math.sqrt(z * z + softening * softening)

@@ -10,7 +10,7 @@ the Hessian but zz. What a kernel adds are, per edge, the segment's field with i
 once, the value and the first two derivatives in z made of those sums: see `triangle_edges`.
 
 Terms of size R / size cancel when R, the distance, grows; beyond FAR sizes (or for a kernel wider than that) 36 points
-of a conical Gauss rule are exact to rounding.
+of a conical Gauss rule are exact to rounding, and farther away fewer.
 """
 
 import dataclasses
@@ -240,7 +240,7 @@ def triangle_jet(x: real, y: real, z: real, rows: Table, i: int):
     """Jet of a triangle.
 
     From the squared distance of its middle, `is_gone(away, size, k)` tells whether the kernel vanishes all over it, and
-    `is_far` whether to take `distant`.
+    `points` how many points a side `distant` takes; 0 where it does not do.
     """
     e1x = rows[i, 14]
     e1y = rows[i, 15]
@@ -292,9 +292,10 @@ def triangle_jet(x: real, y: real, z: real, rows: Table, i: int):
     if is_gone(away, size, k):  # noqa: F821 - bound by the kernel
         nil = real(0.0)
         return nil, nil, nil, nil, nil, nil, nil, nil, nil, nil
-    if is_far(away, size, k):  # noqa: F821 - bound by the kernel
+    side = points(away, size, k)  # noqa: F821 - bound by the kernel
+    if side > 0:
         f, f1, f2, f3, f11, f22, f33, f12, f13, f23 = distant(  # noqa: F821
-            ax, ay, bx, by, cx, cy, height, rows[i, 3], k, fold
+            side, ax, ay, bx, by, cx, cy, height, rows[i, 3], k, fold
         )
     else:
         d_ab = _distance(ax, ay, bx, by)

@@ -152,8 +152,10 @@ def polynomial_point(r2: real, radius: real, fold: real):
 
 @portable
 def polynomial_far(away: real, size: real, radius: real):
-    """Whether all of a small triangle lies within the support, where the cubature is exact."""
-    return math.sqrt(away) + size < radius and radius > real(4.0) * size
+    """Points a side where all of a small triangle lies within the support: 16 are exact in degree 6."""
+    if math.sqrt(away) + size < radius and radius > real(4.0) * size:
+        return 4
+    return 0
 
 
 @portable
@@ -302,13 +304,15 @@ def metaball_point(r2: real, radius: real, fold: real):
 
 @portable
 def metaball_far(away: real, size: real, radius: real):
-    """Whether the triangle lies within the inner piece, a polynomial, or far out within the outer one."""
+    """Points a side where the triangle lies within the inner piece, of degree 2, or far out within the outer one."""
     middle = math.sqrt(away)
     if radius < real(4.0) * size:
-        return False
+        return 0
     if real(3.0) * (middle + size) < radius:
-        return True
-    return middle > real(FAR) * size and real(3.0) * (middle - size) > radius and middle + size < radius
+        return 2
+    if middle > real(FAR) * size and real(3.0) * (middle - size) > radius and middle + size < radius:
+        return 6
+    return 0
 
 
 def _polynomial(c2, c3):

@@ -11,7 +11,7 @@ import math
 
 from fieldsim.portable import portable, real
 from fieldsim.potentials.cells import register
-from fieldsim.potentials.cubature import far_away
+from fieldsim.potentials.cubature import far_away, points_a_side
 from fieldsim.potentials.kernels import Newtonian
 from fieldsim.potentials.segment import newtonian_segment
 from fieldsim.potentials.triangle import FAR, FAR_SINGLE, Triangle, near_by, triangle_jet
@@ -105,11 +105,15 @@ def newtonian_point(r2: real, softening: real, fold: real):
 
 @portable
 def newtonian_far(away: real, size: real, softening: real):
-    """Whether distance or softening exceeds FAR sizes; float32 needs fewer nodes and loses more by cancelling."""
-    sizes = real(FAR)
+    """Points a side once distance or softening exceeds FAR sizes; float32 needs fewer and loses more by cancelling."""
+    sizes2 = (away + softening * softening) / (size * size)
     if real(1.0) + real(1e-10) == real(1.0):
-        sizes = real(FAR_SINGLE)
-    return away + softening * softening > sizes * sizes * size * size
+        if sizes2 > real(FAR_SINGLE) * real(FAR_SINGLE):
+            return 4
+        return 0
+    if sizes2 > real(FAR) * real(FAR):
+        return points_a_side(sizes2)
+    return 0
 
 
 @portable
@@ -118,12 +122,12 @@ def nowhere(away: real, size: real, k: real):
     return False
 
 
-def cell(point, edge, total, is_far, is_gone=nowhere):
+def cell(point, edge, total, points, is_gone=nowhere):
     """The jet of a triangle under a kernel, from the kernel's parts."""
     return triangle_jet.bind(
-        is_far=is_far,
+        points=points,
         is_gone=is_gone,
-        distant=far_away.bind(point=point),
+        distant=far_away(point),
         closed_form=near_by.bind(edge=edge, total=total),
     )
 

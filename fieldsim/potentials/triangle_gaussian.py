@@ -137,8 +137,10 @@ def gaussian_point(r2: real, a: real, fold: real):
 
 @portable
 def gaussian_far(away: real, size: real, a: real):
-    """Whether the triangle is so small in units of 1/a that it sees no more than a polynomial."""
-    return a * size < real(0.25)
+    """Points a side where the triangle is so small in units of 1/a that it sees no more than a polynomial."""
+    if a * size < real(0.25):
+        return 6
+    return 0
 
 
 @portable

@@ -10,6 +10,7 @@ from fieldsim.portable import portable, real
 from fieldsim.potentials.arctangent import angle_of
 from fieldsim.potentials.cells import register
 from fieldsim.potentials.clausen import clausen
+from fieldsim.potentials.cubature import points_a_side
 from fieldsim.potentials.kernels import Cauchy, InverseSquare
 from fieldsim.potentials.special import sine_fourth_series, sine_powers
 from fieldsim.potentials.triangle import FAR, Triangle
@@ -197,8 +198,11 @@ def cauchy_point(r2: real, s: real, fold: real):
 
 @portable
 def cauchy_far(away: real, size: real, s: real):
-    """Whether distance or width exceeds FAR sizes."""
-    return away + real(1.0) / (s * s) > real(FAR) * real(FAR) * size * size
+    """Points a side once distance or width exceeds FAR sizes."""
+    sizes2 = (away + real(1.0) / (s * s)) / (size * size)
+    if sizes2 > real(FAR) * real(FAR):
+        return points_a_side(sizes2)
+    return 0
 
 
 # Inverse square: half the integral of log(1 + (d^2 + t^2) / w^2) over the angle atan(t / d), Clausen's integrals.

@@ -17,6 +17,14 @@ from fieldsim.potentials.triangle import FAR, Triangle
 from fieldsim.potentials.triangle_edges import cell, newtonian_far
 
 COS_30 = math.sqrt(0.75)
+# Outside farther than the root of so many zetas, parts that cancel there are left out.
+OUTSIDE = 4.0
+# Below this angle atan is taken from its series.
+THIN = 1e-3
+# InverseSquare takes the cubature from so many sizes.
+FAR_INVERSE = 4.0
+# ... and Cauchy.
+FAR_CAUCHY = 5.0
 
 
 @portable
@@ -128,7 +136,7 @@ def strips(d: real, lo: real, length: real, zeta: real, outside: real):
     these sum up to nothing as zeta -> 0, and what is left is summed instead.
     """
     first, second, third = lorentzians(d * d + zeta, lo, length)
-    if outside > real(0.0) and outside * outside > zeta:
+    if outside > real(0.0) and outside * outside > real(OUTSIDE) * zeta:
         part = real(0.0)
         if d != real(0.0):
             part = far_strip(abs(d), lo, length, zeta)
@@ -200,7 +208,7 @@ def cauchy_point(r2: real, s: real, fold: real):
 def cauchy_far(away: real, size: real, s: real):
     """Points a side once distance or width exceeds FAR sizes."""
     sizes2 = (away + real(1.0) / (s * s)) / (size * size)
-    if sizes2 > real(FAR) * real(FAR):
+    if sizes2 > real(FAR_CAUCHY) * real(FAR_CAUCHY):
         return points_a_side(sizes2)
     return 0
 
@@ -218,7 +226,13 @@ def _sector(t: real, d: real, g: real, zeta: real, log_wide: real, log_near: rea
     """
     theta = angle_of(t, d)
     eta = angle_of(t, g)
-    split = angle_of(t * (zeta / (g + d)), d * g + t * t)
+    # theta - eta, from its tangent where little is left of that.
+    split = t * (zeta / (g + d)) / (d * g + t * t)
+    if abs(split) < real(THIN):
+        square = split * split
+        split *= real(1.0) - square * (real(1.0) / real(3.0) - square * (real(1.0) / real(5.0)))
+    else:
+        split = theta - eta
     value = theta * log_wide - real(0.5) * clausen(real(2.0) * theta)
     value += real(0.25) * clausen(real(2.0) * (theta + eta))
     if split != real(0.0):

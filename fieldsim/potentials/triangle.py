@@ -91,13 +91,17 @@ def _edge_line(px: real, py: real, qx: real, qy: real):
     ux = qx - px
     uy = qy - py
     length = math.sqrt(ux * ux + uy * uy)
-    ux /= length
-    uy /= length
+    per = real(1.0) / length
+    ux *= per
+    uy *= per
     lo = px * ux + py * uy
     hi = qx * ux + qy * uy
-    if abs(lo) <= abs(hi):
-        return lo, real(1.0), ux, uy, length
-    return -hi, -real(1.0), ux, uy, length
+    side = real(1.0)
+    # (Choices without branches, which a processor would mispredict at every other point.)
+    if abs(lo) > abs(hi):
+        lo = -hi
+        side = -side
+    return lo, side, ux, uy, length
 
 
 @portable
@@ -105,10 +109,13 @@ def _distance(px: real, py: real, qx: real, qy: real):
     """Signed distance of the origin from the line p..q, positive on its left; by the nearer end."""
     ux = qx - px
     uy = qy - py
-    length = math.sqrt(ux * ux + uy * uy)
-    if px * px + py * py <= qx * qx + qy * qy:
-        return (px * uy - py * ux) / length
-    return (qx * uy - qy * ux) / length
+    per = real(1.0) / math.sqrt(ux * ux + uy * uy)
+    x = px
+    y = py
+    if px * px + py * py > qx * qx + qy * qy:
+        x = qx
+        y = qy
+    return (x * uy - y * ux) * per
 
 
 @portable
@@ -258,11 +265,11 @@ def triangle_jet(x: real, y: real, z: real, rows: Table, i: int):
     a2 = _apart(x, y, z, rows, i, 5)
     b2 = _apart(x, y, z, rows, i, 8)
     c2 = _apart(x, y, z, rows, i, 11)
-    if b2 < a2 and b2 <= c2:
+    if b2 < a2:
         base = 8
         left = 11
         right = 5
-    elif c2 < a2:
+    if c2 < min(a2, b2):
         base = 11
         left = 5
         right = 8

@@ -7,16 +7,16 @@ z^2 + softening^2: Cauchy is F = P / s^4, and the inverse square has dF/d(zeta) 
 import math
 
 from fieldsim.portable import portable, real
-from fieldsim.potentials.arctangent import angle_of
+from fieldsim.potentials.arctangent import angle_and_rest, angle_of
 from fieldsim.potentials.cells import register
 from fieldsim.potentials.clausen import clausen
 from fieldsim.potentials.cubature import points_a_side
 from fieldsim.potentials.kernels import Cauchy, InverseSquare
-from fieldsim.potentials.special import sine_fourth_series, sine_powers
-from fieldsim.potentials.triangle import FAR, Triangle
-from fieldsim.potentials.triangle_edges import cell, newtonian_far
+from fieldsim.potentials.special import COS_30, sine_fourth_series
+from fieldsim.potentials.triangle import Triangle
+from fieldsim.potentials.triangle_edges import cell
 
-COS_30 = math.sqrt(0.75)
+COS_PI_8 = math.cos(math.pi / 8)
 # Outside farther than the root of so many zetas, parts that cancel there are left out.
 OUTSIDE = 4.0
 # Below this angle atan is taken from its series.
@@ -41,30 +41,20 @@ def lorentzians(g2: real, lo: real, length: real):
     cos = (g2 + lo * hi) * root
     turn = length * root  # sin(angle) / g
     sin = g * turn
-    angle = angle_of(sin, cos)
+    angle, rest = angle_and_rest(sin, cos)
+    first = angle / g
+    square = real(0.5) * (angle - sin * cos) / (g * g2)
+    if cos > real(COS_PI_8):
+        tangent = turn / cos
+        first = tangent * (real(1.0) + (g * tangent) * (g * tangent) * rest)
+        square = real(0.5) * tangent * tangent * tangent * (rest + cos * cos)
     if cos < real(COS_30):
-        square, fourth = sine_powers(sin, cos, angle)
-        square /= g * g2
-        fourth /= g * g2 * g2
-        first = angle / g
+        fourth = (real(0.75) * square - real(0.25) * turn * turn * turn * cos) / g2
     else:
-        square, fourth = _small_powers(turn, sin, cos)
-        first = turn
-        if sin > real(0.0):
-            first = turn * (angle / sin)
-    second = root * turn + square
-    return first, second, root * turn * (root * cos + turn * turn) + fourth
-
-
-@portable
-def _small_powers(turn: real, sin: real, cos: real):
-    """Integrals of sin^2 / g^3 and sin^4 / g^5 up to an angle below 30 degrees; turn = sin / g; see `sine_powers`."""
-    t = turn / (real(1.0) + cos)
-    u = sin / (real(1.0) + cos)
-    u *= u
-    p = sine_fourth_series(u)
-    t3 = t * t * t
-    return (real(4.0) * p * u * t3 + turn * turn * turn * cos) / real(3.0), p * t * t * t3
+        t = turn / (real(1.0) + cos)
+        u = sin / (real(1.0) + cos)
+        fourth = sine_fourth_series(u * u) * t * t * t * t * t
+    return first, root * turn + square, root * turn * (root * cos + turn * turn) + fourth
 
 
 @portable
@@ -206,7 +196,7 @@ def cauchy_point(r2: real, s: real, fold: real):
 
 @portable
 def cauchy_far(away: real, size: real, s: real):
-    """Points a side once distance or width exceeds FAR sizes."""
+    """Points a side once distance or width exceeds FAR_CAUCHY sizes."""
     sizes2 = (away + real(1.0) / (s * s)) / (size * size)
     if sizes2 > real(FAR_CAUCHY) * real(FAR_CAUCHY):
         return points_a_side(sizes2)
@@ -236,7 +226,7 @@ def _sector(t: real, d: real, g: real, zeta: real, log_wide: real, log_near: rea
     value = theta * log_wide - real(0.5) * clausen(real(2.0) * theta)
     value += real(0.25) * clausen(real(2.0) * (theta + eta))
     if split != real(0.0):
-        value += real(0.5) * split * log_near + real(0.25) * clausen(real(2.0) * split)
+        value += split * log_near + real(0.25) * clausen(real(2.0) * split)
     return value
 
 
@@ -289,10 +279,12 @@ def inverse_square_edge(d: real, lo: real, length: real, z: real, softening: rea
     elif d != real(0.0) and scale > real(0.0):
         x = abs(d)
         g = math.sqrt(g2)
-        log_wide = math.log((g + x) / scale)
         log_near = real(0.0)
         if zeta > real(0.0):
-            log_near = math.log(zeta) - real(2.0) * math.log(g + x)
+            log_near = math.log(math.sqrt(zeta) / (g + x))
+        log_wide = -log_near
+        if scale == outside:
+            log_wide = math.log((g + x) / scale)
         value = _sector(hi, x, g, zeta, log_wide, log_near) - _sector(lo, x, g, zeta, log_wide, log_near)
         if d < real(0.0):
             value = -value
@@ -327,6 +319,15 @@ def inverse_square_total(
 
 
 @portable
+def inverse_square_far(away: real, size: real, softening: real):
+    """Points a side once distance or softening exceeds FAR_INVERSE sizes, from where 36 lose no more than edges do."""
+    sizes2 = (away + softening * softening) / (size * size)
+    if sizes2 > real(FAR_INVERSE) * real(FAR_INVERSE):
+        return points_a_side(sizes2)
+    return 0
+
+
+@portable
 def inverse_square_point(r2: real, softening: real, fold: real):
     """The kernel h and its first two derivatives in r^2."""
     h = real(1.0) / (r2 + softening * softening)
@@ -334,4 +335,6 @@ def inverse_square_point(r2: real, softening: real, fold: real):
 
 
 register(Cauchy, Triangle, cell(cauchy_point, cauchy_edge, cauchy_total, cauchy_far))
-register(InverseSquare, Triangle, cell(inverse_square_point, inverse_square_edge, inverse_square_total, newtonian_far))
+register(
+    InverseSquare, Triangle, cell(inverse_square_point, inverse_square_edge, inverse_square_total, inverse_square_far)
+)

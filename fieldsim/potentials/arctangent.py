@@ -70,8 +70,9 @@ def turned(x: real, y: real, turns: real, by_x: real, by_y: real):
     cos = real(1.0)
     sin = real(0.0)
     if size > real(0.0):
-        cos = by_x / size
-        sin = by_y / size
+        size = real(1.0) / size
+        cos = by_x * size
+        sin = by_y * size
     up = x * sin + y * cos
     # Twice pi exactly is a whole turn as well: a foot on an edge, seen by that edge and by the other two.
     if min(y, sin) >= real(0.0) and (up < real(0.0) or (up == real(0.0) and max(x, cos) < real(0.0))):

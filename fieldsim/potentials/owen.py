@@ -26,11 +26,12 @@ def _pair(node: real, weight: real, half: real, start: real, x2: real):
     t = half * (real(1.0) - node)
     q = start + t
     e = weight * math.exp(-t * (start + q))
-    part = e / (x2 + q * q)
+    u = x2 + q * q
     t = half * (real(1.0) + node)
     q = start + t
     e_far = weight * math.exp(-t * (start + q))
-    return e + e_far, part + e_far / (x2 + q * q)
+    v = x2 + q * q
+    return e + e_far, (e * v + e_far * u) / (u * v)
 
 
 @portable

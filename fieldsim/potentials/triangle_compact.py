@@ -11,7 +11,7 @@ from fieldsim.potentials.cells import register
 from fieldsim.potentials.kernels import Metaball, Quartic, SoftObject
 from fieldsim.potentials.segment import newtonian_segment
 from fieldsim.potentials.triangle import FAR, Triangle
-from fieldsim.potentials.triangle_edges import cell, view
+from fieldsim.potentials.triangle_edges import angles, cell
 
 # SoftObject: h = 5/9 y^2 + 4/9 y^3 with y = 1 - u^2; the quartic kernel: y^2.
 SOFT_2 = 5 / 9
@@ -24,13 +24,12 @@ METABALL_CORE = 13 / 108
 @portable
 def _chord(lo: real, hi: real, square: real):
     """The part of lo..hi where t^2 < square; an empty one lies at lo."""
-    if square <= real(0.0):
-        return lo, lo
-    half = math.sqrt(square)
+    half = math.sqrt(max(square, real(0.0)))
     start = max(lo, -half)
     end = min(hi, half)
     if end <= start:
-        return lo, lo
+        start = lo
+        end = lo
     return start, end
 
 
@@ -170,15 +169,16 @@ def compact_gone(away: real, size: real, radius: real):
 @portable
 def metaball_levels(u: real):
     """H / R^2 (0 at u = 1), h and R^2 dh/d(r^2) of the Metaball."""
-    if real(3.0) * u <= real(1.0):
-        u2 = u * u
-        return real(0.5) * u2 - real(0.75) * u2 * u2 - real(METABALL_CORE), real(1.0) - real(3.0) * u2, -real(3.0)
+    u2 = u * u
     v = max(real(1.0) - u, real(0.0))
-    return (
-        -real(0.125) * v * v * v * (real(1.0) + real(3.0) * u),
-        real(1.5) * v * v,
-        -real(1.5) * v / u,
-    )
+    level = -real(0.125) * v * v * v * (real(1.0) + real(3.0) * u)
+    h = real(1.5) * v * v
+    slope = -real(1.5) * v / max(u, real(THIRD))
+    if real(3.0) * u <= real(1.0):
+        level = real(0.5) * u2 - real(0.75) * u2 * u2 - real(METABALL_CORE)
+        h = real(1.0) - real(3.0) * u2
+        slope = -real(3.0)
+    return level, h, slope
 
 
 @portable
@@ -212,7 +212,7 @@ def _shell(d: real, start: real, end: real, z: real):
     f = real(0.75) * d * length - u_3 + real(0.375) * u_4
     f_1 = real(1.5) * d * (length - real(2.0) * log)
     turn_x, turn_y = _angle(d, lo, hi)
-    view_x, view_y = view(d, lo, hi, z)
+    view_x, view_y, _rest_x, _rest_y = angles(d, lo, hi, z, g2)
     return s, across, f, f_1, turn_x, turn_y, view_x, view_y
 
 

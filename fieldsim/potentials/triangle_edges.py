@@ -20,32 +20,26 @@ from fieldsim.potentials.triangle import FAR, FAR_SINGLE, Triangle, near_by, tri
 
 
 @portable
-def view(d: real, lo: real, hi: real, w: real):
-    """Part of the solid angle, seen from height w, between the foot and the edge, as a vector of that angle.
+def angles(d: real, lo: real, hi: real, w: real, g2: real):
+    """Vectors of two angles, with the sign of d: of `view`, and of the rest of the angle under which the edge is seen.
 
-    The difference of atan(t d / (d^2 + w^2 + w r)) at the two ends, as one angle of terms that do not cancel.
+    g2 is d^2 + w^2. `view` is the part of the solid angle, seen from height w, between the foot and the edge: the
+    difference of atan(t d / (d^2 + w^2 + w r)) at the two ends; the rest that of atan(t w / (d r)). No terms cancel;
+    the choices are made without branches, which a processor would mispredict.
     """
-    g2 = d * d + w * w
+    d2 = d * d
     r_lo = math.sqrt(lo * lo + g2)
     r_hi = math.sqrt(hi * hi + g2)
-    q_lo = g2 + w * r_lo
-    q_hi = g2 + w * r_hi
-    swing = hi * r_lo - lo * r_hi
+    # hi r_lo - lo r_hi.
+    swing = hi * r_lo + abs(lo) * r_hi
+    over = real(1.0)
     if lo > real(0.0):
-        swing = g2 * ((hi - lo) / (hi * r_lo + lo * r_hi)) * (hi + lo)
-    return q_lo * q_hi + d * d * lo * hi, d * ((hi - lo) * g2 + w * swing)
-
-
-@portable
-def blind(d: real, lo: real, hi: real, w: real):
-    """The rest of the edge's angle, angle - `view`: atan(t w / (d r)) at the end less that at the start; a vector."""
-    g2 = d * d + w * w
-    r_lo = math.sqrt(lo * lo + g2)
-    r_hi = math.sqrt(hi * hi + g2)
-    swing = hi * r_lo - lo * r_hi
-    if lo > real(0.0):
-        swing = g2 * ((hi - lo) / (hi * r_lo + lo * r_hi)) * (hi + lo)
-    return d * d * r_lo * r_hi + w * w * lo * hi, w * d * swing
+        over = swing
+        swing = g2 * (hi - lo) * (hi + lo)
+    swing *= w / over
+    both = lo * hi
+    x = (g2 + w * r_lo) * (g2 + w * r_hi) + d2 * both
+    return x, d * ((hi - lo) * g2 + swing), d2 * (r_lo * r_hi) + w * w * both, d * swing
 
 
 @portable
@@ -58,14 +52,12 @@ def newtonian_edge(d: real, lo: real, length: real, z: real, softening: real, fo
     if s == real(math.inf):
         s = real(0.0)
     w = math.sqrt(z * z + softening * softening)
-    cos = real(1.0)
-    sin = real(0.0)
+    cos, sin, rest_x, rest_y = angles(d, lo, lo + length, w, d * d + z * z + softening * softening)
     if outside > w:
-        if d != real(0.0):
-            cos, sin = blind(d, lo, lo + length, w)
-            sin = -sin
-    else:
-        cos, sin = view(d, lo, lo + length, w)
+        cos = rest_x
+        sin = -rest_y
+        if d == real(0.0):
+            cos = real(1.0)
     nil = real(0.0)
     return s, along, real(0.5) * across, d * s, nil, nil, nil, cos, sin, real(1.0), nil, real(1.0), nil
 

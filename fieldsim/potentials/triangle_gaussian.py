@@ -26,24 +26,31 @@ SMALL = 1e-3
 
 
 @portable
-def _node(t: real, weight: real, x2: real, whole: real, exponent: real):
-    """A node's share of the integrals of exp(exponent - u) and (whole - exp(exponent - u)) / u, u = x^2 + t^2."""
-    u = x2 + t * t
-    e = math.exp(min(exponent - u, real(EXPONENT_LIMIT)))
-    part = (whole - e) / u
-    if u < real(SMALL):
-        part = real(1.0) - u * (
-            real(0.5) - u * (real(1.0) / real(6.0) - u * (real(1.0) / real(24.0) - u / real(120.0)))
-        )
-    return weight * e, weight * part
+def _slope(u: real):
+    """(1 - exp(-u)) / u for small u."""
+    return real(1.0) - u * (real(0.5) - u * (real(1.0) / real(6.0) - u * (real(1.0) / real(24.0) - u / real(120.0))))
 
 
 @portable
 def _pair(node: real, weight: real, middle: real, half: real, x2: real, whole: real, exponent: real):
-    """The nodes middle -+ node half."""
-    e, part = _node(middle - half * node, weight, x2, whole, exponent)
-    e_far, part_far = _node(middle + half * node, weight, x2, whole, exponent)
-    return e + e_far, part + part_far
+    """The share of the nodes t = middle -+ node half in two integrals over t.
+
+    They are of exp(exponent - u) and (whole - exp(exponent - u)) / u, u = x^2 + t^2.
+    """
+    near = middle - half * node
+    far = middle + half * node
+    u = x2 + near * near
+    v = x2 + far * far
+    e = math.exp(min(exponent - u, real(EXPONENT_LIMIT)))
+    e_far = math.exp(min(exponent - v, real(EXPONENT_LIMIT)))
+    part = ((whole - e) * v + (whole - e_far) * u) / (u * v)
+    if u < real(SMALL):
+        part = _slope(u) + (whole - e_far) / v
+        if v < real(SMALL):
+            part = _slope(u) + _slope(v)
+    elif v < real(SMALL):
+        part = (whole - e) / u + _slope(v)
+    return weight * (e + e_far), weight * part
 
 
 @portable

@@ -37,19 +37,20 @@ def lorentzians(g2: real, lo: real, length: real):
     g = math.sqrt(g2)
     if g == real(0.0) and lo <= real(0.0):
         return real(0.0), real(0.0), real(0.0)
-    root = real(1.0) / (math.sqrt(g2 + lo * lo) * math.sqrt(g2 + hi * hi))
+    root = real(1.0) / math.sqrt((g2 + lo * lo) * (g2 + hi * hi))
+    per = real(1.0) / g
     cos = (g2 + lo * hi) * root
     turn = length * root  # sin(angle) / g
     sin = g * turn
     angle, rest = angle_and_rest(sin, cos)
-    first = angle / g
-    square = real(0.5) * (angle - sin * cos) / (g * g2)
+    first = angle * per
+    square = real(0.5) * (angle - sin * cos) * (per * per * per)
     if cos > real(COS_PI_8):
         tangent = turn / cos
         first = tangent * (real(1.0) + (g * tangent) * (g * tangent) * rest)
         square = real(0.5) * tangent * tangent * tangent * (rest + cos * cos)
     if cos < real(COS_30):
-        fourth = (real(0.75) * square - real(0.25) * turn * turn * turn * cos) / g2
+        fourth = (real(0.75) * square - real(0.25) * turn * turn * turn * cos) * (per * per)
     else:
         t = turn / (real(1.0) + cos)
         u = sin / (real(1.0) + cos)
@@ -136,7 +137,7 @@ def strips(d: real, lo: real, length: real, zeta: real, outside: real):
         return first, second, third, -real(0.5) * part, real(0.5) * rest, zeta * d * third - rest
     if zeta == real(0.0):
         return first, second, third, real(0.0), real(0.0), real(0.0)
-    part = d * first / zeta
+    part = d * first * (real(1.0) / zeta)
     return (
         first,
         second,

@@ -21,5 +21,6 @@ from fieldsim.potentials import (  # noqa: F401  # noqa: F401, I001 - made of th
     triangle,
     triangle_compact,
     triangle_edges,
+    triangle_gaussian,
     triangle_rational,
 )

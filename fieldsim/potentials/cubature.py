@@ -1,10 +1,14 @@
-"""A triangle's field far away: 36 points of the definition, exact there to rounding."""
+"""A triangle's field far away: so many points of the definition that the rest is rounding."""
 
 from fieldsim.portable import portable, real
 
+# Beyond so many sizes (squared) 16 points do, and beyond so many 4.
+FEWER = 24.0**2
+FEWEST = 1500.0**2
+
 
 @portable
-def _abscissa(k: int):
+def _abscissa_6(k: int):
     """Gauss-Legendre node and weight k of 6 on 0..1."""
     if k == 0:
         return real(0.03376524289842399), real(0.08566224618958518)
@@ -20,7 +24,7 @@ def _abscissa(k: int):
 
 
 @portable
-def _radius(k: int):
+def _radius_6(k: int):
     """Gauss-Jacobi node and weight k of 6 for the weight 2 s on 0..1."""
     if k == 0:
         return real(0.07305432868025888), real(0.017476603627219065)
@@ -36,8 +40,58 @@ def _radius(k: int):
 
 
 @portable
-def far_away(ax: real, ay: real, bx: real, by: real, cx: real, cy: real, z: real, area: real, k: real, fold: real):
-    """Jet in the triangle's frame by the conical rule of 36 points, degree 11 (Stroud 1971)."""
+def _abscissa_4(k: int):
+    """Gauss-Legendre node and weight k of 4 on 0..1."""
+    if k == 0:
+        return real(0.06943184420297371), real(0.17392742256872692)
+    if k == 1:
+        return real(0.33000947820757187), real(0.32607257743127305)
+    if k == 2:
+        return real(0.6699905217924281), real(0.32607257743127305)
+    return real(0.9305681557970263), real(0.17392742256872692)
+
+
+@portable
+def _radius_4(k: int):
+    """Gauss-Jacobi node and weight k of 4 for the weight 2 s on 0..1."""
+    if k == 0:
+        return real(0.13975986434378054), real(0.06236194190001616)
+    if k == 1:
+        return real(0.41640956763108317), real(0.2596950952164649)
+    if k == 2:
+        return real(0.7231569863618762), real(0.4069291360205427)
+    return real(0.9428958038854823), real(0.27101382686297626)
+
+
+@portable
+def _abscissa_2(k: int):
+    """Gauss-Legendre node and weight k of 2 on 0..1."""
+    if k == 0:
+        return real(0.2113248654051871), real(0.5)
+    return real(0.7886751345948129), real(0.5)
+
+
+@portable
+def _radius_2(k: int):
+    """Gauss-Jacobi node and weight k of 2 for the weight 2 s on 0..1."""
+    if k == 0:
+        return real(0.3550510257216822), real(0.36391723651204566)
+    return real(0.8449489742783178), real(0.6360827634879543)
+
+
+@portable
+def points_a_side(sizes2: real):
+    """How many points a side `far_away` takes from a squared distance of `sizes2` squared sizes, of 6 or more."""
+    if sizes2 > real(FEWEST):
+        return 2
+    if sizes2 > real(FEWER):
+        return 4
+    return 6
+
+
+@portable
+def _conical(ax: real, ay: real, bx: real, by: real, cx: real, cy: real, z: real, area: real, k: real, fold: real):
+    """Jet in the triangle's frame by the conical rule of count^2 points, degree 2 count - 1 (Stroud 1971)."""
     f = real(0.0)
     fx = real(0.0)
     fy = real(0.0)
@@ -48,29 +102,57 @@ def far_away(ax: real, ay: real, bx: real, by: real, cx: real, cy: real, z: real
     fxy = real(0.0)
     fxz = real(0.0)
     fyz = real(0.0)
-    ring = int(0)  # noqa: UP018, RUF046 - a variable to Warp, where a bare 0 would be a constant
-    place = int(0)  # noqa: UP018, RUF046
-    for _ in range(36):  # one loop, which Warp does not unroll as it would two of 6
-        s, weight = _radius(ring)
-        t, share = _abscissa(place)
-        place += 1
-        if place == 6:
-            place = 0
-            ring += 1
-        weight *= share * area
-        dx = -(ax + s * ((bx - ax) + t * (cx - bx)))
-        dy = -(ay + s * ((by - ay) + t * (cy - by)))
-        h, slope, curve = point(dx * dx + dy * dy + z * z, k, fold)  # noqa: F821 - bound by the kernel
-        f += weight * h
-        slope *= real(2.0) * weight
-        curve *= real(4.0) * weight
-        fx += slope * dx
-        fy += slope * dy
-        level += slope
-        bend += curve
-        fxx += curve * dx * dx
-        fyy += curve * dy * dy
-        fxy += curve * dx * dy
-        fxz += curve * dx
-        fyz += curve * dy
+    ring = int(0)  # noqa: UP018, RUF046 - a variable to Warp, which so unrolls only the inner loop
+    while ring < count:  # noqa: F821 - bound below
+        s, share = radius(ring)  # noqa: F821 - bound below
+        ring += 1
+        for place in range(count):  # noqa: F821
+            t, weight = abscissa(place)  # noqa: F821 - bound below
+            weight *= share * area
+            dx = -(ax + s * ((bx - ax) + t * (cx - bx)))
+            dy = -(ay + s * ((by - ay) + t * (cy - by)))
+            h, slope, curve = point(dx * dx + dy * dy + z * z, k, fold)  # noqa: F821 - bound by the kernel
+            f += weight * h
+            slope *= real(2.0) * weight
+            curve *= real(4.0) * weight
+            fx += slope * dx
+            fy += slope * dy
+            level += slope
+            bend += curve
+            fxx += curve * dx * dx
+            fyy += curve * dy * dy
+            fxy += curve * dx * dy
+            fxz += curve * dx
+            fyz += curve * dy
     return f, fx, fy, level * z, fxx + level, fyy + level, bend * z * z + level, fxy, fxz * z, fyz * z
+
+
+@portable
+def _far_away(
+    side: int,
+    ax: real,
+    ay: real,
+    bx: real,
+    by: real,
+    cx: real,
+    cy: real,
+    z: real,
+    area: real,
+    k: real,
+    fold: real,
+):
+    """Jet in the triangle's frame by side^2 points of the definition; side is 2, 4 or 6."""
+    if side == 2:
+        return few(ax, ay, bx, by, cx, cy, z, area, k, fold)  # noqa: F821 - bound below
+    if side == 4:
+        return some(ax, ay, bx, by, cx, cy, z, area, k, fold)  # noqa: F821
+    return many(ax, ay, bx, by, cx, cy, z, area, k, fold)  # noqa: F821
+
+
+def far_away(point):
+    """Portable (side, corners, z, area, k, fold) -> jet, for a kernel's `point`."""
+    return _far_away.bind(
+        few=_conical.bind(point=point, count=2, radius=_radius_2, abscissa=_abscissa_2),
+        some=_conical.bind(point=point, count=4, radius=_radius_4, abscissa=_abscissa_4),
+        many=_conical.bind(point=point, count=6, radius=_radius_6, abscissa=_abscissa_6),
+    )

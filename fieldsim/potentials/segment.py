@@ -177,20 +177,23 @@ def newtonian_segment(lo: real, rho2: real, length: real, softening: real, fold:
     along = -(length * i_lo) * ((lo + hi) * i_hi) / (r_lo + r_hi)
     squares = i_lo * i_lo + i_lo * i_hi + i_hi * i_hi
     along_along = -(lo * along) * squares - length * i_hi * i_hi * i_hi
-    # The integral of 1 / r^3; what that of 1 / r^5 has beside terms of the ends; what F is the logarithm of.
+    # What F is the logarithm of; the integral of 1 / r^3; what that of 1 / r^5 has beside terms of the ends.
+    # (F by one division: of r_lo + r_hi less the length, as positive terms over a common denominator.)
+    beyond_lo = r_lo + abs(lo)
+    beyond_hi = r_hi + hi
+    common = beyond_lo * beyond_hi
+    excess = d2 * (beyond_lo + beyond_hi) + (lo + abs(lo)) * common
+    if excess == zero:
+        return real(math.inf), along, zero, along_along, zero, zero
     if lo > zero:
         across = (length * i_lo) * ((lo + hi) * i_hi) / (hi * r_lo + lo * r_hi)
         rest = (rho2 * i_lo * i_hi) * (d2 + lo * lo + hi * hi) / (r_lo * r_hi + lo * hi)
-        excess = d2 / (r_lo + lo) + d2 / (r_hi + hi) + real(2.0) * lo
     else:
-        excess = d2 / (r_lo - lo) + d2 / (r_hi + hi)
-        if excess == zero:
-            return real(math.inf), along, zero, along_along, zero, zero
         across = (hi * i_hi - lo * i_lo) / d2
         rest = (rho2 / d2) * (real(1.0) - (lo * i_lo) * (hi * i_hi))
     ends = rho2 * i_lo * i_lo + rho2 * i_hi * i_hi
     return (
-        log1p(real(2.0) * length / excess),
+        log1p(real(2.0) * length * common / excess),
         along,
         -across,
         along_along,

@@ -10,7 +10,7 @@ the Hessian but zz. What a kernel adds are, per edge, the segment's field with i
 once, the value and the first two derivatives in z made of those sums: see `triangle_edges`.
 
 Terms of size R / size cancel when R, the distance, grows; beyond FAR sizes (or for a kernel wider than that) 36 points
-of a conical Gauss rule are exact to rounding.
+of a conical Gauss rule are exact to rounding, and farther away fewer.
 """
 
 import dataclasses
@@ -21,11 +21,13 @@ import numpy as np
 from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.portable import Table, portable, real
+from fieldsim.potentials.arctangent import angle_of, turned
 from fieldsim.potentials.primitive import Primitive
 
 FAR = 6.0
 FAR_SINGLE = 4.0
 THIRD = 1 / 3
+TWO_PI = 2 * math.pi
 # Closer than this many sizes to the plane or a line, and farther than the root of AT_CORNER from a corner, with care.
 CLOSE = 1e-3
 AT_CORNER = 1e-12
@@ -90,13 +92,17 @@ def _edge_line(px: real, py: real, qx: real, qy: real):
     ux = qx - px
     uy = qy - py
     length = math.sqrt(ux * ux + uy * uy)
-    ux /= length
-    uy /= length
+    per = real(1.0) / length
+    ux *= per
+    uy *= per
     lo = px * ux + py * uy
     hi = qx * ux + qy * uy
-    if abs(lo) <= abs(hi):
-        return lo, real(1.0), ux, uy, length
-    return -hi, -real(1.0), ux, uy, length
+    side = real(1.0)
+    # (Choices without branches, which a processor would mispredict at every other point.)
+    if abs(lo) > abs(hi):
+        lo = -hi
+        side = -side
+    return lo, side, ux, uy, length
 
 
 @portable
@@ -104,10 +110,13 @@ def _distance(px: real, py: real, qx: real, qy: real):
     """Signed distance of the origin from the line p..q, positive on its left; by the nearer end."""
     ux = qx - px
     uy = qy - py
-    length = math.sqrt(ux * ux + uy * uy)
-    if px * px + py * py <= qx * qx + qy * qy:
-        return (px * uy - py * ux) / length
-    return (qx * uy - qy * ux) / length
+    per = real(1.0) / math.sqrt(ux * ux + uy * uy)
+    x = px
+    y = py
+    if px * px + py * py > qx * qx + qy * qy:
+        x = qx
+        y = qy
+    return (x * uy - y * ux) * per
 
 
 @portable
@@ -139,6 +148,15 @@ def near_by(
     sum_2 = real(0.0)
     sum_3 = real(0.0)
     sum_4 = real(0.0)
+    x_1 = real(1.0)
+    y_1 = real(0.0)
+    turns_1 = real(0.0)
+    x_2 = real(1.0)
+    y_2 = real(0.0)
+    turns_2 = real(0.0)
+    x_3 = real(1.0)
+    y_3 = real(0.0)
+    turns_3 = real(0.0)
     px = ax
     py = ay
     qx = bx
@@ -158,7 +176,9 @@ def near_by(
             qy = ay
             d = d_ca
         lo, side, ux, uy, length = _edge_line(px, py, qx, qy)
-        s, along, across, q_1, q_2, q_3, q_4 = edge(d, lo, length, z, k, fold, outside)  # noqa: F821 - bound by the kernel
+        s, along, across, q_1, q_2, q_3, q_4, cos_1, sin_1, cos_2, sin_2, cos_3, sin_3 = edge(  # noqa: F821 - bound by the kernel
+            d, lo, length, z, k, fold, outside
+        )
         # Outward normal (uy, -ux); moving along u lowers lo, moving along the normal lowers d.
         along *= -side
         up = real(2.0) * z * across
@@ -174,7 +194,15 @@ def near_by(
         sum_2 += q_2
         sum_3 += q_3
         sum_4 += q_4
-    f, fz, fzz = total(sum_1, sum_2, sum_3, sum_4, z, k, fold, outside, fxx + fyy)  # noqa: F821 - bound by the kernel
+        x_1, y_1, turns_1 = turned(x_1, y_1, turns_1, cos_1, sin_1)
+        x_2, y_2, turns_2 = turned(x_2, y_2, turns_2, cos_2, sin_2)
+        x_3, y_3, turns_3 = turned(x_3, y_3, turns_3, cos_3, sin_3)
+    angle_1 = angle_of(y_1, x_1) + real(TWO_PI) * turns_1
+    angle_2 = angle_of(y_2, x_2) + real(TWO_PI) * turns_2
+    angle_3 = angle_of(y_3, x_3) + real(TWO_PI) * turns_3
+    f, fz, fzz = total(  # noqa: F821 - bound by the kernel
+        sum_1, sum_2, sum_3, sum_4, angle_1, angle_2, angle_3, z, k, fold, outside, fxx + fyy
+    )
     return f, fx, fy, fz, fxx, fyy, fzz, fxy, fxz, fyz
 
 
@@ -220,7 +248,7 @@ def triangle_jet(x: real, y: real, z: real, rows: Table, i: int):
     """Jet of a triangle.
 
     From the squared distance of its middle, `is_gone(away, size, k)` tells whether the kernel vanishes all over it, and
-    `is_far` whether to take `distant`.
+    `points` how many points a side `distant` takes; 0 where it does not do.
     """
     e1x = rows[i, 14]
     e1y = rows[i, 15]
@@ -238,11 +266,11 @@ def triangle_jet(x: real, y: real, z: real, rows: Table, i: int):
     a2 = _apart(x, y, z, rows, i, 5)
     b2 = _apart(x, y, z, rows, i, 8)
     c2 = _apart(x, y, z, rows, i, 11)
-    if b2 < a2 and b2 <= c2:
+    if b2 < a2:
         base = 8
         left = 11
         right = 5
-    elif c2 < a2:
+    if c2 < min(a2, b2):
         base = 11
         left = 5
         right = 8
@@ -272,9 +300,10 @@ def triangle_jet(x: real, y: real, z: real, rows: Table, i: int):
     if is_gone(away, size, k):  # noqa: F821 - bound by the kernel
         nil = real(0.0)
         return nil, nil, nil, nil, nil, nil, nil, nil, nil, nil
-    if is_far(away, size, k):  # noqa: F821 - bound by the kernel
+    side = points(away, size, k)  # noqa: F821 - bound by the kernel
+    if side > 0:
         f, f1, f2, f3, f11, f22, f33, f12, f13, f23 = distant(  # noqa: F821
-            ax, ay, bx, by, cx, cy, height, rows[i, 3], k, fold
+            side, ax, ay, bx, by, cx, cy, height, rows[i, 3], k, fold
         )
     else:
         d_ab = _distance(ax, ay, bx, by)

@@ -11,7 +11,7 @@ from fieldsim.potentials.cells import register
 from fieldsim.potentials.kernels import Metaball, Quartic, SoftObject
 from fieldsim.potentials.segment import newtonian_segment
 from fieldsim.potentials.triangle import FAR, Triangle
-from fieldsim.potentials.triangle_edges import cell, view
+from fieldsim.potentials.triangle_edges import angles, cell
 
 # SoftObject: h = 5/9 y^2 + 4/9 y^3 with y = 1 - u^2; the quartic kernel: y^2.
 SOFT_2 = 5 / 9
@@ -24,20 +24,27 @@ METABALL_CORE = 13 / 108
 @portable
 def _chord(lo: real, hi: real, square: real):
     """The part of lo..hi where t^2 < square; an empty one lies at lo."""
-    if square <= real(0.0):
-        return lo, lo
-    half = math.sqrt(square)
+    half = math.sqrt(max(square, real(0.0)))
     start = max(lo, -half)
     end = min(hi, half)
     if end <= start:
-        return lo, lo
+        start = lo
+        end = lo
     return start, end
 
 
 @portable
 def _angle(d: real, start: real, end: real):
-    """Angle under which start..end on a line at distance d is seen, with the sign of d."""
-    return math.atan2(d * (end - start), d * d + start * end)
+    """A vector of the angle under which start..end on a line at distance d is seen, with the sign of d."""
+    return d * d + start * end, d * (end - start)
+
+
+@portable
+def _both_angles(d: real, start: real, end: real, again: real, last: real):
+    """A vector of the sum of two such angles."""
+    x, y = _angle(d, start, end)
+    u, v = _angle(d, again, last)
+    return x * u - y * v, x * v + y * u
 
 
 # Polynomials in y = 1 - r^2 / R^2: h = c2 y^2 + c3 y^3.
@@ -63,7 +70,9 @@ def polynomial_edge(d: real, lo: real, length: real, z: real, radius: real, fold
     per_r2 = real(1.0) / (radius * radius)
     disc = (radius - z) * (radius + z)
     if disc <= real(0.0):
-        return real(0.0), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
+        nil = real(0.0)
+        one = real(1.0)
+        return nil, nil, nil, nil, nil, nil, nil, one, nil, one, nil, one, nil
     square = disc - d * d
     hi = lo + length
     start, end = _chord(lo, hi, square)
@@ -84,7 +93,7 @@ def polynomial_edge(d: real, lo: real, length: real, z: real, radius: real, fold
     if y_lo > real(0.0) and y_hi > real(0.0):
         drop = -length * (lo + hi) * per_r2
     along = drop * (real(c2) * (y_lo + y_hi) + real(c3) * (y_lo * y_lo + y_lo * y_hi + y_hi * y_hi))  # noqa: F821 - bound below
-    turn = _angle(d, lo, start) + _angle(d, end, hi)
+    cos, sin = _both_angles(d, lo, start, end, hi)
     return (
         s_a + s_b + s_c + s_d,
         along,
@@ -92,20 +101,37 @@ def polynomial_edge(d: real, lo: real, length: real, z: real, radius: real, fold
         real(0.5) * d * (f_a + f_b + f_c + f_d),
         real(0.5) * d * (g_a + g_b + g_c + g_d),
         real(0.5) * d * (h_a + h_b + h_c + h_d),
-        turn,
+        real(0.0),
+        cos,
+        sin,
+        real(1.0),
+        real(0.0),
+        real(1.0),
+        real(0.0),
     )
 
 
 @portable
 def polynomial_total(
-    q_1: real, q_2: real, q_3: real, q_4: real, z: real, radius: real, fold: real, outside: real, trace: real
+    q_1: real,
+    q_2: real,
+    q_3: real,
+    q_4: real,
+    angle_1: real,
+    angle_2: real,
+    angle_3: real,
+    z: real,
+    radius: real,
+    fold: real,
+    outside: real,
+    trace: real,
 ):
     """(F, F_z, F_zz); exactly 0 where the disc misses the triangle."""
     r2 = radius * radius
     y0 = (radius - z) * (radius + z) / r2
     if y0 <= real(0.0) or (outside > real(0.0) and q_3 == real(0.0)):
         return real(0.0), real(0.0), real(0.0)
-    turn = real(0.5) * r2 * q_4
+    turn = real(0.5) * r2 * angle_1
     f = q_1 + turn * (real(c2) * real(THIRD) + real(0.25) * real(c3) * y0) * y0 * y0 * y0  # noqa: F821 - bound below
     slope = -real(2.0) * (q_2 + turn * (real(c2) + real(c3) * y0) * y0 * y0) / r2  # noqa: F821
     curve = real(4.0) * (q_3 + turn * (real(2.0) * real(c2) + real(3.0) * real(c3) * y0) * y0) / r2  # noqa: F821
@@ -125,8 +151,10 @@ def polynomial_point(r2: real, radius: real, fold: real):
 
 @portable
 def polynomial_far(away: real, size: real, radius: real):
-    """Whether all of a small triangle lies within the support, where the cubature is exact."""
-    return math.sqrt(away) + size < radius and radius > real(4.0) * size
+    """Points a side where all of a small triangle lies within the support: 16 are exact in degree 6."""
+    if math.sqrt(away) + size < radius and radius > real(4.0) * size:
+        return 4
+    return 0
 
 
 @portable
@@ -141,26 +169,29 @@ def compact_gone(away: real, size: real, radius: real):
 @portable
 def metaball_levels(u: real):
     """H / R^2 (0 at u = 1), h and R^2 dh/d(r^2) of the Metaball."""
-    if real(3.0) * u <= real(1.0):
-        u2 = u * u
-        return real(0.5) * u2 - real(0.75) * u2 * u2 - real(METABALL_CORE), real(1.0) - real(3.0) * u2, -real(3.0)
+    u2 = u * u
     v = max(real(1.0) - u, real(0.0))
-    return (
-        -real(0.125) * v * v * v * (real(1.0) + real(3.0) * u),
-        real(1.5) * v * v,
-        -real(1.5) * v / u,
-    )
+    level = -real(0.125) * v * v * v * (real(1.0) + real(3.0) * u)
+    h = real(1.5) * v * v
+    slope = -real(1.5) * v / max(u, real(THIRD))
+    if real(3.0) * u <= real(1.0):
+        level = real(0.5) * u2 - real(0.75) * u2 * u2 - real(METABALL_CORE)
+        h = real(1.0) - real(3.0) * u2
+        slope = -real(3.0)
+    return level, h, slope
 
 
 @portable
 def _shell(d: real, start: real, end: real, z: real):
     """The outer piece of the Metaball over start..end on an edge, in units of R.
 
-    Integrals over t of h and R^2 dh/d(r^2), and over the angle of H / R^2, h and u0^2 R^2 dh/d(r^2).
+    Integrals over t of h and R^2 dh/d(r^2), and over the angle of H / R^2 and h but for terms in that angle and in
+    `view`, of which vectors follow.
     """
     length = end - start
     if length <= real(0.0):
-        return real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
+        nil = real(0.0)
+        return nil, nil, nil, nil, real(1.0), nil, real(1.0), nil
     lo = start
     hi = end
     if abs(start) > abs(end):
@@ -175,17 +206,14 @@ def _shell(d: real, start: real, end: real, z: real):
     square = length * (g2 + real(THIRD) * (lo * lo + lo * hi + hi * hi))
     s = real(1.5) * (length - real(2.0) * root + square)
     across = real(1.5) * (length - log)
-    # Integrals over the angle of u^-1 (times z), u, u^2, u^3, u^4.
-    turn = _angle(d, lo, hi)
-    rise = turn - view(d, lo, hi, z)
-    u_1 = d * log + z * rise
-    u_2 = d * length + z2 * turn
-    u_3 = d * root + z2 * u_1
-    u_4 = d * square + z2 * u_2
-    f = -real(0.125) * (turn - real(6.0) * u_2 + real(8.0) * u_3 - real(3.0) * u_4)
-    f_1 = real(1.5) * (turn - real(2.0) * u_1 + u_2)
-    f_2 = real(1.5) * (z2 * turn - z * rise)
-    return s, across, f, f_1, f_2
+    # Integrals over the angle of u, u^2, u^3 and u^4, but for those terms.
+    u_3 = d * (root + z2 * log)
+    u_4 = d * (square + z2 * length)
+    f = real(0.75) * d * length - u_3 + real(0.375) * u_4
+    f_1 = real(1.5) * d * (length - real(2.0) * log)
+    turn_x, turn_y = _angle(d, lo, hi)
+    view_x, view_y, _rest_x, _rest_y = angles(d, lo, hi, z, g2)
+    return s, across, f, f_1, turn_x, turn_y, view_x, view_y
 
 
 @portable
@@ -193,37 +221,73 @@ def metaball_edge(d: real, lo: real, length: real, z: real, radius: real, fold: 
     """In units of R; the inner piece is a polynomial, so that the apices of the two cones never meet an edge."""
     w = abs(z) / radius
     if w >= real(1.0):
-        return real(0.0), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
+        nil = real(0.0)
+        one = real(1.0)
+        return nil, nil, nil, nil, nil, nil, nil, one, nil, one, nil, one, nil
     dist = d / radius
     start = lo / radius
     end = (lo + length) / radius
     g2 = dist * dist + w * w
     outer_start, outer_end = _chord(start, end, (real(1.0) - w) * (real(1.0) + w) - dist * dist)
     inner_start, inner_end = _chord(outer_start, outer_end, (real(THIRD) - w) * (real(THIRD) + w) - dist * dist)
-    s, across, f, f_1, f_2 = _shell(dist, outer_start, inner_start, w)
-    s_b, across_b, f_b, f_1b, f_2b = _shell(dist, inner_end, outer_end, w)
-    level, h, slope = metaball_levels(w)
+    s, across, f, f_1, turn_x, turn_y, view_x, view_y = _shell(dist, outer_start, inner_start, w)
+    s_b, across_b, f_b, f_1b, turn_u, turn_v, view_u, view_v = _shell(dist, inner_end, outer_end, w)
     inner = inner_end - inner_start
     squares = inner * real(THIRD) * (inner_start * inner_start + inner_start * inner_end + inner_end * inner_end)
-    turn = _angle(dist, start, inner_start) + _angle(dist, inner_end, end)
     s += s_b + inner * (real(1.0) - real(3.0) * g2) - real(3.0) * squares
     across += across_b - real(3.0) * inner
-    f += f_b - level * turn + dist * (real(0.5) * inner - real(0.75) * (inner * (g2 + w * w) + squares))
-    f_1 += f_1b - h * turn - real(3.0) * dist * inner
-    f_2 += f_2b - w * w * slope * turn
-    _level, h_lo, slope = metaball_levels(math.sqrt(g2 + start * start))
-    _level, h_hi, slope = metaball_levels(math.sqrt(g2 + end * end))
-    return radius * s, h_hi - h_lo, across / radius, radius * radius * f, f_1, f_2, outer_end - outer_start
+    f += f_b + dist * (real(0.5) * inner - real(0.75) * (inner * (g2 + w * w) + squares))
+    f_1 += f_1b - real(3.0) * dist * inner
+    _level, h_lo, _slope = metaball_levels(math.sqrt(g2 + start * start))
+    _level, h_hi, _slope = metaball_levels(math.sqrt(g2 + end * end))
+    cos, sin = _both_angles(dist, start, inner_start, inner_end, end)
+    return (
+        radius * s,
+        h_hi - h_lo,
+        across / radius,
+        f,
+        f_1,
+        outer_end - outer_start,
+        real(0.0),
+        cos,
+        sin,
+        turn_x * turn_u - turn_y * turn_v,
+        turn_x * turn_v + turn_y * turn_u,
+        view_x * view_u - view_y * view_v,
+        view_x * view_v + view_y * view_u,
+    )
 
 
 @portable
 def metaball_total(
-    q_1: real, q_2: real, q_3: real, q_4: real, z: real, radius: real, fold: real, outside: real, trace: real
+    q_1: real,
+    q_2: real,
+    q_3: real,
+    q_4: real,
+    angle_1: real,
+    angle_2: real,
+    angle_3: real,
+    z: real,
+    radius: real,
+    fold: real,
+    outside: real,
+    trace: real,
 ):
-    """(F, F_z, F_zz); exactly 0 where the disc misses the triangle."""
-    if abs(z) >= radius or (outside > real(0.0) and q_4 == real(0.0)):
+    """(F, F_z, F_zz); exactly 0 where the disc misses the triangle.
+
+    The angles are those of the edges outside the inner disc, of their shells, and the shells' `view`.
+    """
+    if abs(z) >= radius or (outside > real(0.0) and q_3 == real(0.0)):
         return real(0.0), real(0.0), real(0.0)
-    return q_1, z * q_2, q_2 + real(2.0) * q_3
+    w = abs(z) / radius
+    w2 = w * w
+    level, h, slope = metaball_levels(w)
+    rise = w * (angle_2 - angle_3)
+    f = q_1 - level * angle_1 - w2 * rise
+    f -= real(0.125) * (real(1.0) - w2 * (real(6.0) + real(3.0) * w2)) * angle_2
+    f_1 = q_2 - h * angle_1 - real(3.0) * rise + real(1.5) * (real(1.0) + w2) * angle_2
+    f_2 = real(1.5) * (w2 * angle_2 - rise) - w2 * slope * angle_1
+    return radius * radius * f, z * f_1, f_1 + real(2.0) * f_2
 
 
 @portable
@@ -240,13 +304,15 @@ def metaball_point(r2: real, radius: real, fold: real):
 
 @portable
 def metaball_far(away: real, size: real, radius: real):
-    """Whether the triangle lies within the inner piece, a polynomial, or far out within the outer one."""
+    """Points a side where the triangle lies within the inner piece, of degree 2, or far out within the outer one."""
     middle = math.sqrt(away)
     if radius < real(4.0) * size:
-        return False
+        return 0
     if real(3.0) * (middle + size) < radius:
-        return True
-    return middle > real(FAR) * size and real(3.0) * (middle - size) > radius and middle + size < radius
+        return 2
+    if middle > real(FAR) * size and real(3.0) * (middle - size) > radius and middle + size < radius:
+        return 6
+    return 0
 
 
 def _polynomial(c2, c3):

@@ -11,43 +11,35 @@ import math
 
 from fieldsim.portable import portable, real
 from fieldsim.potentials.cells import register
-from fieldsim.potentials.cubature import far_away
-from fieldsim.potentials.kernels import Gaussian, Newtonian
-from fieldsim.potentials.owen import line_of_sight, wedge
-from fieldsim.potentials.point import EXPONENT_LIMIT
-from fieldsim.potentials.segment import gaussian_segment, newtonian_segment
+from fieldsim.potentials.cubature import far_away, points_a_side
+from fieldsim.potentials.kernels import Newtonian
+from fieldsim.potentials.segment import newtonian_segment
 from fieldsim.potentials.triangle import FAR, FAR_SINGLE, Triangle, near_by, triangle_jet
 
 # Newtonian: F = sum d S - w Omega, w^2 = z^2 + softening^2, Omega the solid angle at height w.
 
 
 @portable
-def view(d: real, lo: real, hi: real, w: real):
-    """Part of the solid angle, seen from height w > 0, between the foot and the edge; with the sign of d.
+def angles(d: real, lo: real, hi: real, w: real, g2: real):
+    """Vectors of two angles, with the sign of d: of `view`, and of the rest of the angle under which the edge is seen.
 
-    The difference of atan(t d / (d^2 + w^2 + w r)) at the two ends, as one atan2 of terms that do not cancel.
+    g2 is d^2 + w^2. `view` is the part of the solid angle, seen from height w, between the foot and the edge: the
+    difference of atan(t d / (d^2 + w^2 + w r)) at the two ends; the rest that of atan(t w / (d r)). No terms cancel;
+    the choices are made without branches, which a processor would mispredict.
     """
-    g2 = d * d + w * w
+    d2 = d * d
     r_lo = math.sqrt(lo * lo + g2)
     r_hi = math.sqrt(hi * hi + g2)
-    q_lo = g2 + w * r_lo
-    q_hi = g2 + w * r_hi
-    swing = hi * r_lo - lo * r_hi
+    # hi r_lo - lo r_hi.
+    swing = hi * r_lo + abs(lo) * r_hi
+    over = real(1.0)
     if lo > real(0.0):
-        swing = g2 * ((hi - lo) / (hi * r_lo + lo * r_hi)) * (hi + lo)
-    return math.atan2(d * ((hi - lo) * g2 + w * swing), q_lo * q_hi + d * d * lo * hi)
-
-
-@portable
-def blind(d: real, lo: real, hi: real, w: real):
-    """The rest of the edge's angle, angle - `view`: atan(t w / (d r)) at the end less that at the start; d != 0."""
-    g2 = d * d + w * w
-    r_lo = math.sqrt(lo * lo + g2)
-    r_hi = math.sqrt(hi * hi + g2)
-    swing = hi * r_lo - lo * r_hi
-    if lo > real(0.0):
-        swing = g2 * ((hi - lo) / (hi * r_lo + lo * r_hi)) * (hi + lo)
-    return math.atan2(w * d * swing, d * d * r_lo * r_hi + w * w * lo * hi)
+        over = swing
+        swing = g2 * (hi - lo) * (hi + lo)
+    swing *= w / over
+    both = lo * hi
+    x = (g2 + w * r_lo) * (g2 + w * r_hi) + d2 * both
+    return x, d * ((hi - lo) * g2 + swing), d2 * (r_lo * r_hi) + w * w * both, d * swing
 
 
 @portable
@@ -60,18 +52,30 @@ def newtonian_edge(d: real, lo: real, length: real, z: real, softening: real, fo
     if s == real(math.inf):
         s = real(0.0)
     w = math.sqrt(z * z + softening * softening)
-    solid = real(0.0)
+    cos, sin, rest_x, rest_y = angles(d, lo, lo + length, w, d * d + z * z + softening * softening)
     if outside > w:
-        if d != real(0.0):
-            solid = -blind(d, lo, lo + length, w)
-    else:
-        solid = view(d, lo, lo + length, w)
-    return s, along, real(0.5) * across, d * s, solid, real(0.0), real(0.0)
+        cos = rest_x
+        sin = -rest_y
+        if d == real(0.0):
+            cos = real(1.0)
+    nil = real(0.0)
+    return s, along, real(0.5) * across, d * s, nil, nil, nil, cos, sin, real(1.0), nil, real(1.0), nil
 
 
 @portable
 def newtonian_total(
-    q_1: real, q_2: real, q_3: real, q_4: real, z: real, softening: real, fold: real, outside: real, trace: real
+    q_1: real,
+    q_2: real,
+    q_3: real,
+    q_4: real,
+    angle_1: real,
+    angle_2: real,
+    angle_3: real,
+    z: real,
+    softening: real,
+    fold: real,
+    outside: real,
+    trace: real,
 ):
     """On the unsoftened sheet itself F_z is the mean of its two sides, 0."""
     w = math.sqrt(z * z + softening * softening)
@@ -79,7 +83,7 @@ def newtonian_total(
         return q_1, real(0.0), -trace
     up = z / w
     soft = softening / w
-    return q_1 - w * q_2, -q_2 * up, -trace * up * up - q_2 * soft * (soft / w)
+    return q_1 - w * angle_1, -angle_1 * up, -trace * up * up - angle_1 * soft * (soft / w)
 
 
 @portable
@@ -93,59 +97,15 @@ def newtonian_point(r2: real, softening: real, fold: real):
 
 @portable
 def newtonian_far(away: real, size: real, softening: real):
-    """Whether distance or softening exceeds FAR sizes; float32 needs fewer nodes and loses more by cancelling."""
-    sizes = real(FAR)
+    """Points a side once distance or softening exceeds FAR sizes; float32 needs fewer and loses more by cancelling."""
+    sizes2 = (away + softening * softening) / (size * size)
     if real(1.0) + real(1e-10) == real(1.0):
-        sizes = real(FAR_SINGLE)
-    return away + softening * softening > sizes * sizes * size * size
-
-
-# Gaussian: F = exp(-a^2 z^2) / a^2 times sums of Owen's T, F_z = -2 a^2 z F.
-
-
-@portable
-def gaussian_edge(d: real, lo: real, length: real, z: real, a: real, fold: real, outside: real):
-    """Outside the triangle's vicinity the sums of angles cancel exactly and are left out."""
-    s, along, across, _ll, _lr, _rr = gaussian_segment(lo, d * d + z * z, length, a, fold)
-    x = a * abs(d)
-    q = real(0.0)
-    if a * outside > real(1.0):
-        if x > real(0.0):
-            exponent, q = line_of_sight(x, a * lo, a * length)
-            q *= -math.exp(min(fold - a * a * z * z + exponent, real(EXPONENT_LIMIT)))
-    else:
-        q = wedge(x, a * (lo + length))
-        if lo > real(0.0):
-            q -= wedge(x, a * lo)
-        else:
-            q += wedge(x, -a * lo)
-        q *= math.exp(min(fold - a * a * z * z, real(EXPONENT_LIMIT)))
-    if d < real(0.0):
-        q = -q
-    return s, along, real(0.5) * across, q, real(0.0), real(0.0), real(0.0)
-
-
-@portable
-def gaussian_total(
-    q_1: real, q_2: real, q_3: real, q_4: real, z: real, a: real, fold: real, outside: real, trace: real
-):
-    """(F, F_z, F_zz)."""
-    f = real(0.5) * q_1 / (a * a)
-    u = a * z
-    return f, -u * q_1 / a, (real(2.0) * u * u - real(1.0)) * q_1
-
-
-@portable
-def gaussian_point(r2: real, a: real, fold: real):
-    """The kernel h and its first two derivatives in r^2."""
-    h = math.exp(min(fold - a * a * r2, real(EXPONENT_LIMIT)))
-    return h, -a * a * h, a * a * a * a * h
-
-
-@portable
-def gaussian_far(away: real, size: real, a: real):
-    """Whether the triangle is so small in units of 1/a that it sees no more than a polynomial."""
-    return a * size < real(0.25)
+        if sizes2 > real(FAR_SINGLE) * real(FAR_SINGLE):
+            return 4
+        return 0
+    if sizes2 > real(FAR) * real(FAR):
+        return points_a_side(sizes2)
+    return 0
 
 
 @portable
@@ -154,21 +114,14 @@ def nowhere(away: real, size: real, k: real):
     return False
 
 
-@portable
-def gaussian_gone(away: real, size: real, a: real):
-    """Whether the Gaussian underflows all over the triangle, even one folded by 256."""
-    return a * (math.sqrt(away) - size) > real(34.0)
-
-
-def cell(point, edge, total, is_far, is_gone=nowhere):
+def cell(point, edge, total, points, is_gone=nowhere):
     """The jet of a triangle under a kernel, from the kernel's parts."""
     return triangle_jet.bind(
-        is_far=is_far,
+        points=points,
         is_gone=is_gone,
-        distant=far_away.bind(point=point),
+        distant=far_away(point),
         closed_form=near_by.bind(edge=edge, total=total),
     )
 
 
-register(Gaussian, Triangle, cell(gaussian_point, gaussian_edge, gaussian_total, gaussian_far, gaussian_gone))
 register(Newtonian, Triangle, cell(newtonian_point, newtonian_edge, newtonian_total, newtonian_far))

@@ -7,14 +7,24 @@ z^2 + softening^2: Cauchy is F = P / s^4, and the inverse square has dF/d(zeta) 
 import math
 
 from fieldsim.portable import portable, real
+from fieldsim.potentials.arctangent import angle_and_rest, angle_of
 from fieldsim.potentials.cells import register
 from fieldsim.potentials.clausen import clausen
+from fieldsim.potentials.cubature import points_a_side
 from fieldsim.potentials.kernels import Cauchy, InverseSquare
-from fieldsim.potentials.special import sine_fourth_series, sine_powers
-from fieldsim.potentials.triangle import FAR, Triangle
-from fieldsim.potentials.triangle_edges import cell, newtonian_far
+from fieldsim.potentials.special import COS_30, sine_fourth_series
+from fieldsim.potentials.triangle import Triangle
+from fieldsim.potentials.triangle_edges import cell
 
-COS_30 = math.sqrt(0.75)
+COS_PI_8 = math.cos(math.pi / 8)
+# Outside farther than the root of so many zetas, parts that cancel there are left out.
+OUTSIDE = 4.0
+# Below this angle atan is taken from its series.
+THIN = 1e-3
+# InverseSquare takes the cubature from so many sizes.
+FAR_INVERSE = 4.0
+# ... and Cauchy.
+FAR_CAUCHY = 5.0
 
 
 @portable
@@ -27,34 +37,25 @@ def lorentzians(g2: real, lo: real, length: real):
     g = math.sqrt(g2)
     if g == real(0.0) and lo <= real(0.0):
         return real(0.0), real(0.0), real(0.0)
-    root = real(1.0) / (math.sqrt(g2 + lo * lo) * math.sqrt(g2 + hi * hi))
+    root = real(1.0) / math.sqrt((g2 + lo * lo) * (g2 + hi * hi))
+    per = real(1.0) / g
     cos = (g2 + lo * hi) * root
     turn = length * root  # sin(angle) / g
     sin = g * turn
-    angle = math.atan2(sin, cos)
+    angle, rest = angle_and_rest(sin, cos)
+    first = angle * per
+    square = real(0.5) * (angle - sin * cos) * (per * per * per)
+    if cos > real(COS_PI_8):
+        tangent = turn / cos
+        first = tangent * (real(1.0) + (g * tangent) * (g * tangent) * rest)
+        square = real(0.5) * tangent * tangent * tangent * (rest + cos * cos)
     if cos < real(COS_30):
-        square, fourth = sine_powers(sin, cos, angle)
-        square /= g * g2
-        fourth /= g * g2 * g2
-        first = angle / g
+        fourth = (real(0.75) * square - real(0.25) * turn * turn * turn * cos) * (per * per)
     else:
-        square, fourth = _small_powers(turn, sin, cos)
-        first = turn
-        if sin > real(0.0):
-            first = turn * (angle / sin)
-    second = root * turn + square
-    return first, second, root * turn * (root * cos + turn * turn) + fourth
-
-
-@portable
-def _small_powers(turn: real, sin: real, cos: real):
-    """Integrals of sin^2 / g^3 and sin^4 / g^5 up to an angle below 30 degrees; turn = sin / g; see `sine_powers`."""
-    t = turn / (real(1.0) + cos)
-    u = sin / (real(1.0) + cos)
-    u *= u
-    p = sine_fourth_series(u)
-    t3 = t * t * t
-    return (real(4.0) * p * u * t3 + turn * turn * turn * cos) / real(3.0), p * t * t * t3
+        t = turn / (real(1.0) + cos)
+        u = sin / (real(1.0) + cos)
+        fourth = sine_fourth_series(u * u) * t * t * t * t * t
+    return first, root * turn + square, root * turn * (root * cos + turn * turn) + fourth
 
 
 @portable
@@ -112,10 +113,10 @@ def far_strip(d: real, lo: real, length: real, zeta: real):
     down = base_d * base_g + d * g * length * length
     turn = real(0.0)
     if zeta > real(0.0):
-        turn = math.atan2(across * zeta, down) / zeta
+        turn = angle_of(across * zeta, down) / zeta
     else:
         turn = across / down
-    return math.atan2(d * length, base_d) / (g * (g + d)) + d / g * turn
+    return angle_of(d * length, base_d) / (g * (g + d)) + d / g * turn
 
 
 @portable
@@ -126,7 +127,7 @@ def strips(d: real, lo: real, length: real, zeta: real, outside: real):
     these sum up to nothing as zeta -> 0, and what is left is summed instead.
     """
     first, second, third = lorentzians(d * d + zeta, lo, length)
-    if outside > real(0.0) and outside * outside > zeta:
+    if outside > real(0.0) and outside * outside > real(OUTSIDE) * zeta:
         part = real(0.0)
         if d != real(0.0):
             part = far_strip(abs(d), lo, length, zeta)
@@ -136,7 +137,7 @@ def strips(d: real, lo: real, length: real, zeta: real, outside: real):
         return first, second, third, -real(0.5) * part, real(0.5) * rest, zeta * d * third - rest
     if zeta == real(0.0):
         return first, second, third, real(0.0), real(0.0), real(0.0)
-    part = d * first / zeta
+    part = d * first * (real(1.0) / zeta)
     return (
         first,
         second,
@@ -159,11 +160,27 @@ def cauchy_edge(d: real, lo: real, length: real, z: real, s: real, fold: real, o
     w_hi = i2 / (g2 + hi * hi)
     along = -s * s * length * (lo + hi) * w_lo * w_hi * (w_lo + w_hi)
     i4 = i2 * i2
-    return i4 * second, along, -real(2.0) * i4 * third, i4 * q_1, i4 * q_2, i4 * q_3, real(0.0)
+    across = -real(2.0) * i4 * third
+    nil = real(0.0)
+    one = real(1.0)
+    return i4 * second, along, across, i4 * q_1, i4 * q_2, i4 * q_3, nil, one, nil, one, nil, one, nil
 
 
 @portable
-def cauchy_total(q_1: real, q_2: real, q_3: real, q_4: real, z: real, s: real, fold: real, outside: real, trace: real):
+def cauchy_total(
+    q_1: real,
+    q_2: real,
+    q_3: real,
+    q_4: real,
+    angle_1: real,
+    angle_2: real,
+    angle_3: real,
+    z: real,
+    s: real,
+    fold: real,
+    outside: real,
+    trace: real,
+):
     """(F, F_z, F_zz)."""
     zeta = z * z + real(1.0) / (s * s)
     slope = real(2.0) * q_2 / zeta
@@ -180,8 +197,11 @@ def cauchy_point(r2: real, s: real, fold: real):
 
 @portable
 def cauchy_far(away: real, size: real, s: real):
-    """Whether distance or width exceeds FAR sizes."""
-    return away + real(1.0) / (s * s) > real(FAR) * real(FAR) * size * size
+    """Points a side once distance or width exceeds FAR_CAUCHY sizes."""
+    sizes2 = (away + real(1.0) / (s * s)) / (size * size)
+    if sizes2 > real(FAR_CAUCHY) * real(FAR_CAUCHY):
+        return points_a_side(sizes2)
+    return 0
 
 
 # Inverse square: half the integral of log(1 + (d^2 + t^2) / w^2) over the angle atan(t / d), Clausen's integrals.
@@ -195,13 +215,19 @@ def _sector(t: real, d: real, g: real, zeta: real, log_wide: real, log_near: rea
     Cl2(2 (theta + eta))) / 4 is that for scale = g: k = d / g, q = (1 - k) / (1 + k), eta = atan(t / g); from Lewin's
     (1981, 5.5) Im Li2. log_wide: log((g + d) / scale); log_near: log(zeta / (g + d)^2) = log q.
     """
-    theta = math.atan2(t, d)
-    eta = math.atan2(t, g)
-    split = math.atan2(t * (zeta / (g + d)), d * g + t * t)
+    theta = angle_of(t, d)
+    eta = angle_of(t, g)
+    # theta - eta, from its tangent where little is left of that.
+    split = t * (zeta / (g + d)) / (d * g + t * t)
+    if abs(split) < real(THIN):
+        square = split * split
+        split *= real(1.0) - square * (real(1.0) / real(3.0) - square * (real(1.0) / real(5.0)))
+    else:
+        split = theta - eta
     value = theta * log_wide - real(0.5) * clausen(real(2.0) * theta)
     value += real(0.25) * clausen(real(2.0) * (theta + eta))
     if split != real(0.0):
-        value += real(0.5) * split * log_near + real(0.25) * clausen(real(2.0) * split)
+        value += split * log_near + real(0.25) * clausen(real(2.0) * split)
     return value
 
 
@@ -254,19 +280,34 @@ def inverse_square_edge(d: real, lo: real, length: real, z: real, softening: rea
     elif d != real(0.0) and scale > real(0.0):
         x = abs(d)
         g = math.sqrt(g2)
-        log_wide = math.log((g + x) / scale)
         log_near = real(0.0)
         if zeta > real(0.0):
-            log_near = math.log(zeta) - real(2.0) * math.log(g + x)
+            log_near = math.log(math.sqrt(zeta) / (g + x))
+        log_wide = -log_near
+        if scale == outside:
+            log_wide = math.log((g + x) / scale)
         value = _sector(hi, x, g, zeta, log_wide, log_near) - _sector(lo, x, g, zeta, log_wide, log_near)
         if d < real(0.0):
             value = -value
-    return first, along, -second, value, q_2, q_3, real(0.0)
+    one = real(1.0)
+    nil = real(0.0)
+    return first, along, -second, value, q_2, q_3, nil, one, nil, one, nil, one, nil
 
 
 @portable
 def inverse_square_total(
-    q_1: real, q_2: real, q_3: real, q_4: real, z: real, softening: real, fold: real, outside: real, trace: real
+    q_1: real,
+    q_2: real,
+    q_3: real,
+    q_4: real,
+    angle_1: real,
+    angle_2: real,
+    angle_3: real,
+    z: real,
+    softening: real,
+    fold: real,
+    outside: real,
+    trace: real,
 ):
     """On the unsoftened sheet F is inf, and F_z the mean of its two sides, 0."""
     w = math.sqrt(z * z + softening * softening)
@@ -279,6 +320,15 @@ def inverse_square_total(
 
 
 @portable
+def inverse_square_far(away: real, size: real, softening: real):
+    """Points a side once distance or softening exceeds FAR_INVERSE sizes, from where 36 lose no more than edges do."""
+    sizes2 = (away + softening * softening) / (size * size)
+    if sizes2 > real(FAR_INVERSE) * real(FAR_INVERSE):
+        return points_a_side(sizes2)
+    return 0
+
+
+@portable
 def inverse_square_point(r2: real, softening: real, fold: real):
     """The kernel h and its first two derivatives in r^2."""
     h = real(1.0) / (r2 + softening * softening)
@@ -286,4 +336,6 @@ def inverse_square_point(r2: real, softening: real, fold: real):
 
 
 register(Cauchy, Triangle, cell(cauchy_point, cauchy_edge, cauchy_total, cauchy_far))
-register(InverseSquare, Triangle, cell(inverse_square_point, inverse_square_edge, inverse_square_total, newtonian_far))
+register(
+    InverseSquare, Triangle, cell(inverse_square_point, inverse_square_edge, inverse_square_total, inverse_square_far)
+)

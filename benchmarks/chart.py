@@ -70,7 +70,7 @@ def _names(kernel, primitive):
 
 def _powers(values):
     """Few characters for errors; what is below 1e-17 is as good as 0."""
-    return ", ".join(f"{v:.0e}".replace("e-0", "e-") if v > 1e-17 else "0" for v in values)
+    return ", ".join("0" if v < 1e-17 else f"{v:.0e}".replace("e-0", "e-") for v in values)
 
 
 def contours(kernel, primitive):

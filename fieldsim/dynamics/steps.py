@@ -207,12 +207,11 @@ def _grouped_kernel(kinds_used, gradients):
         v_rest = Group()
         a = Group()
         for k in range(count):
-            p = particle_at(state, first + k)
-            x[k] = p.x
-            v[k] = p.v
-            x_rest[k] = p.x_rest
-            v_rest[k] = p.v_rest
-            a[k] = p.a
+            x[k] = state.x[first + k]
+            v[k] = state.v[first + k]
+            x_rest[k] = state.x_rest[first + k]
+            v_rest[k] = state.v_rest[first + k]
+            a[k] = state.a[first + k]
         for step in range(steps):
             for j in range(method.stages):
                 part = part_of(method, j)
@@ -226,7 +225,11 @@ def _grouped_kernel(kinds_used, gradients):
                             kick[k] = kick[k] + push
                     v, v_rest = added(v, v_rest, kick + part.kick * a)
         for k in range(count):
-            put(state, first + k, Particle(x[k], v[k], x_rest[k], v_rest[k], a[k]))
+            state.x[first + k] = x[k]
+            state.v[first + k] = v[k]
+            state.x_rest[first + k] = x_rest[k]
+            state.v_rest[first + k] = v_rest[k]
+            state.a[first + k] = a[k]
 
     return grouped
 

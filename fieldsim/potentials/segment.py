@@ -199,7 +199,7 @@ def newtonian_segment(lo: real, rho2: real, length: real, softening: real, fold:
         excess = d2 / (r_lo + lo) + d2 / (r_hi + hi) + real(2.0) * lo
     else:
         excess = d2 / (r_lo - lo) + d2 / (r_hi + hi)
-        if excess == zero:
+        if d2 == zero:
             return real(math.inf), along, zero, along_along, zero, zero
         across = (hi * i_hi - lo * i_lo) / d2
         rest = (rho2 / d2) * (real(1.0) - (lo * i_lo) * (hi * i_hi))

@@ -4,14 +4,18 @@ All quantities are per unit of a particle's mass, in the world's frame, and cove
 """
 
 import dataclasses
+import warnings
 
 import numpy as np
 import warp as wp
 
 from fieldsim import validate
 from fieldsim.dynamics.sources import Sources, field_and_gradient, upload
-from fieldsim.errors import InputError
+from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.world.motion import Spin
+
+# A drift beyond this share of a particle's energies is no rounding: its steps were too long for what it passed.
+LOST = 1e-2
 
 
 @dataclasses.dataclass(frozen=True)
@@ -100,7 +104,8 @@ class EnergyLog:
     """Follows the invariant of a simulation: call `record()` now and then, read `report()` at the end.
 
     Still bodies keep each particle's energy; bodies that all turn with one Spin keep its Jacobi integral; other motions
-    keep nothing. Particles that touched a surface lose or gain energy there and are left out from then on.
+    keep nothing. Particles that touched a surface lose or gain energy there and are left out from then on. The first
+    particle whose drift exceeds LOST is told of in a FieldsimWarning.
     """
 
     def __init__(self, simulation):
@@ -112,6 +117,7 @@ class EnergyLog:
         self._largest = 0.0
         self._squares = 0.0
         self._count = 0
+        self._warned = False
         self._total = sum(len(particles) for particles in simulation.world.particles)
         if self.invariant and self._total:
             start = energy(simulation.snapshot())
@@ -130,10 +136,27 @@ class EnergyLog:
         """Take the present moment into account."""
         if not (self.invariant and self._total):
             return
-        drift = (np.abs(self._values() - self._start) / self._scale)[self._judged]
+        drift = np.where(self._judged, np.abs(self._values() - self._start) / self._scale, 0.0)
+        self._warn_of_losses(drift)
+        drift = drift[self._judged]
         self._largest = max(self._largest, float(drift.max(initial=0.0)))
         self._squares += float(np.sum(drift**2))
         self._count += len(drift)
+
+    def _warn_of_losses(self, drift):
+        worst = int(np.argmax(drift))
+        if self._warned or not drift[worst] > LOST:
+            return
+        self._warned = True
+        sizes = [len(particles) for particles in self._simulation.world.particles]
+        index = int(np.searchsorted(np.cumsum(sizes), worst, side="right"))
+        warnings.warn(
+            f"at time {self._simulation.time:g} the {self.invariant} of particle {worst - sum(sizes[:index])} of set "
+            f"{index} has drifted by {drift[worst]:.1e} of its size: its steps are too long for "
+            f"what it passes closely; give {self._simulation.integrator} a shorter dt, soften the body's gravity, or use fs.Radau()",
+            FieldsimWarning,
+            stacklevel=3,
+        )
 
     def report(self) -> EnergyReport:
         """The drift over all moments recorded so far."""

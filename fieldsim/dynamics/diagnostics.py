@@ -152,8 +152,8 @@ class EnergyLog:
         index = int(np.searchsorted(np.cumsum(sizes), worst, side="right"))
         warnings.warn(
             f"at time {self._simulation.time:g} the {self.invariant} of particle {worst - sum(sizes[:index])} of set "
-            f"{index} has drifted by {drift[worst]:.1e} of its size: its steps are too long for "
-            f"what it passes closely; give {self._simulation.integrator} a shorter dt, soften the body's gravity, or use fs.Radau()",
+            f"{index} has drifted by {drift[worst]:.1e} of its size: the steps are too long for what it passes closely; "
+            f"give {self._simulation.integrator} a shorter dt, soften the body's gravity, or use fs.Radau()",
             FieldsimWarning,
             stacklevel=3,
         )

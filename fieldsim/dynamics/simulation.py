@@ -179,7 +179,10 @@ class Simulation:
         return Snapshot(self.world, self.time, poses, tuple(self.positions), tuple(self.velocities))
 
     def snapshots(self, times):
-        """Advance to each of the increasing `times` in turn and yield the snapshot there."""
+        """Advance to each of the increasing `times` in turn and yield the snapshot there.
+
+        A run that fails under way has yielded the snapshots before.
+        """
         for time in times:
             self.advance(time)
             yield self.snapshot()

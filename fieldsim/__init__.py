@@ -5,6 +5,7 @@
 
 from fieldsim import plots, sampling
 from fieldsim.cli import main
+from fieldsim.dynamics.auto import Auto, Choice
 from fieldsim.dynamics.diagnostics import (
     Energy,
     EnergyLog,
@@ -71,6 +72,7 @@ from fieldsim.world.world import Snapshot, World
 
 __all__ = [
     "Arc",
+    "Auto",
     "Background",
     "BlanesMoan4",
     "BlanesMoan6",
@@ -81,6 +83,7 @@ __all__ = [
     "Camera",
     "Cauchy",
     "Chin4",
+    "Choice",
     "Circle",
     "Crossings",
     "DeviceError",

@@ -15,6 +15,7 @@ import types
 import typing
 
 from fieldsim import validate
+from fieldsim.dynamics.auto import integrator_of
 from fieldsim.dynamics.integrators import Integrator
 from fieldsim.errors import FieldsimError, InputError, ScenarioError
 from fieldsim.plots import Picture
@@ -29,23 +30,22 @@ class Scenario:
     """What a film shows.
 
     world: what there is; camera: who looks; duration: length in seconds, of the film and of the world's time;
-    fps: frames per second; integrator: how particles move, None for `Leapfrog()`; title: for the report, else the
-    script's name.
+    fps: frames per second; integrator: how particles move, None for `Leapfrog()`, "auto" for `Auto()`; title: for the
+    report, else the script's name.
     """
 
     world: World = dataclasses.field(kw_only=False)
     camera: Camera = dataclasses.field(kw_only=False)
     duration: float
     fps: float = 30.0
-    integrator: Integrator | None = None
+    integrator: Integrator | str | None = None
     title: str = ""
 
     def __post_init__(self):
         for name, kind in (("world", World), ("camera", Camera)):
             if not isinstance(getattr(self, name), kind):
                 raise InputError(f"Scenario: {name} is {getattr(self, name)!r}; give a fs.{kind.__name__}")
-        if not isinstance(self.integrator, Integrator | None):
-            raise InputError(f"Scenario: integrator is {self.integrator!r}; give one such as fs.Leapfrog(dt), or None")
+        object.__setattr__(self, "integrator", integrator_of("Scenario", self.integrator))
         for name in ("duration", "fps"):
             object.__setattr__(self, name, validate.number("Scenario", name, getattr(self, name), above=0.0))
 

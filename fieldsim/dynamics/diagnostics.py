@@ -4,6 +4,7 @@ All quantities are per unit of a particle's mass, in the world's frame, and cove
 """
 
 import dataclasses
+import warnings
 
 import numpy as np
 import warp as wp
@@ -11,8 +12,11 @@ import warp as wp
 from fieldsim import validate
 from fieldsim.dynamics.sources import Sources, field_and_gradient, upload
 from fieldsim.dynamics.work import Work
-from fieldsim.errors import InputError
+from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.world.motion import Spin
+
+# A drift beyond this share of a particle's energies is no rounding: its steps were too long for what it passed.
+LOST = 1e-2
 
 
 @dataclasses.dataclass(frozen=True)
@@ -111,7 +115,8 @@ class EnergyLog:
 
     Still bodies keep each particle's energy; bodies that all turn with one Spin keep its Jacobi integral; for other
     motions the work that they do is followed and taken off (see `Work`), at some cost. Particles that touched a surface
-    lose or gain energy there and are left out from then on.
+    lose or gain energy there and are left out from then on. The first particle whose drift exceeds LOST is told of in a
+    FieldsimWarning.
     """
 
     def __init__(self, simulation):
@@ -124,6 +129,7 @@ class EnergyLog:
         self.history = History()
         self._squares = 0.0
         self._count = 0
+        self._warned = False
         self._total = sum(len(particles) for particles in simulation.world.particles)
         if self._total:
             start = energy(simulation.snapshot())
@@ -145,13 +151,30 @@ class EnergyLog:
         """Take the present moment into account."""
         if not self._total:
             return
-        drift = (np.abs(self._values() - self._start) / self._scale)[self._judged]
+        drift = np.where(self._judged, np.abs(self._values() - self._start) / self._scale, 0.0)
+        self._warn_of_losses(drift)
+        drift = drift[self._judged]
         squares = float(np.sum(drift**2))
         self._squares += squares
         self._count += len(drift)
         self.history.times.append(self._simulation.time)
         self.history.largest.append(float(drift.max(initial=0.0)))
         self.history.rms.append((squares / max(1, len(drift))) ** 0.5)
+
+    def _warn_of_losses(self, drift):
+        worst = int(np.argmax(drift))
+        if self._warned or not drift[worst] > LOST:
+            return
+        self._warned = True
+        sizes = [len(particles) for particles in self._simulation.world.particles]
+        index = int(np.searchsorted(np.cumsum(sizes), worst, side="right"))
+        warnings.warn(
+            f"at time {self._simulation.time:g} the {self.invariant} of particle {worst - sum(sizes[:index])} of set "
+            f"{index} has drifted by {drift[worst]:.1e} of its size: the steps are too long for what it passes closely; "
+            f"give {self._simulation.integrator} a shorter dt, soften the body's gravity, or use fs.Radau()",
+            FieldsimWarning,
+            stacklevel=3,
+        )
 
     def report(self) -> EnergyReport:
         """The drift over all moments recorded so far."""

@@ -45,10 +45,11 @@ class Splitting(Integrator):
             raise InputError(f"{cls.__name__}: {stages} drifts want {stages + 1} kicks and gradients")
         if cls.gradients[0] or cls.gradients[-1] or bool(cls.kicks[0]) != bool(cls.kicks[-1]):
             raise InputError(f"{cls.__name__}: the outer gradients must be 0, the outer kicks both 0 or both not")
+        stages_used = [bool(kick or gradient) for kick, gradient in zip(cls.kicks, cls.gradients, strict=True)]
+        if not all(stages_used[1:-1]):
+            raise InputError(f"{cls.__name__}: an inner kick and its gradient are both 0; join the drifts beside them")
         cls.nodes = (*(math.fsum(cls.drifts[:j]) for j in range(stages)), 1.0)
-        cls.evaluations = sum(
-            bool(kick or gradient) for kick, gradient in zip(cls.kicks[1:], cls.gradients[1:], strict=True)
-        )
+        cls.evaluations = sum(stages_used[1:])
 
     def __post_init__(self):
         object.__setattr__(self, "dt", validate.number(type(self).__name__, "dt", self.dt, above=0.0))

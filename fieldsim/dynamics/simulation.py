@@ -7,7 +7,7 @@ import numpy as np
 import warp as wp
 
 from fieldsim import validate
-from fieldsim.dynamics.integrators import Leapfrog, Splitting
+from fieldsim.dynamics.auto import Auto, Choice, choose, integrator_of
 from fieldsim.dynamics.sources import Sources, field_and_gradient, upload
 from fieldsim.dynamics.state import state_of
 from fieldsim.dynamics.steps import LANES, Balls, contact_kernel, method_of, release_kernel, splitting_kernel
@@ -26,19 +26,22 @@ LAUNCH_ROWS = 65_536
 class Simulation:
     """A world's particles in motion, as test particles: bodies pull them, they do not pull back.
 
-    integrator: `Leapfrog(dt)` or another of `integrators`. time: where it starts. device: "cpu" (default), "cuda", ...;
-    threads: CPU threads (all cores unless told). State is float64, with compensated summation. The same inputs give the
-    same bytes, whatever the number of threads.
+    integrator: `Leapfrog()` unless told; "auto" is `Auto()`, in whose place comes its `choice`. time: where it starts.
+    device: "cpu" (default), "cuda", ...; threads: CPU threads (all cores unless told). State is float64, with
+    compensated summation. The same inputs give the same bytes, whatever the number of threads.
     """
 
     def __init__(self, world, integrator=None, *, time: float = 0.0, device=None, threads: int | None = None):
         self.world = world
-        self.integrator = Leapfrog() if integrator is None else integrator
-        if not isinstance(self.integrator, Splitting):
-            raise InputError(f"Simulation: integrator is {integrator!r}; give one such as fs.Leapfrog(dt)")
         self.time = validate.number("Simulation", "time", time)
         self.device = device_named(device)
         self.threads = threads
+        self.choice: Choice | None = None
+        self.integrator = integrator_of("Simulation", integrator)
+        if isinstance(self.integrator, Auto):
+            options = {"time": self.time, "device": device, "threads": threads}
+            self.choice = choose(self.integrator, world, self.time, functools.partial(Simulation, **options))
+            self.integrator = self.choice.integrator
         self.steps_done = 0
         self._watchers = []
         self._gravity = Sources(world, "gravity", self.time)
@@ -183,7 +186,10 @@ class Simulation:
         return Snapshot(self.world, self.time, poses, tuple(self.positions), tuple(self.velocities))
 
     def snapshots(self, times):
-        """Advance to each of the increasing `times` in turn and yield the snapshot there."""
+        """Advance to each of the increasing `times` in turn and yield the snapshot there.
+
+        A run that fails under way has yielded the snapshots before.
+        """
         for time in times:
             self.advance(time)
             yield self.snapshot()

@@ -1,5 +1,7 @@
 """Particles on their way: what kernels of motion read and write."""
 
+from typing import Any
+
 import warp as wp
 
 
@@ -29,8 +31,17 @@ def state_of(positions, velocities, device) -> State:
 
 
 @wp.func
-def added(total: wp.vec3d, rest: wp.vec3d, step: wp.vec3d):
-    """`total + step` and its new rest: Kahan's compensated summation, with which errors grow as the root of steps."""
+def added(total: Any, rest: Any, step: Any):
+    """`total + step` and its new rest, of vectors or of rows of them.
+
+    Kahan's compensated summation, with which errors grow as the root of the number of steps.
+    """
     step = step + rest
     result = total + step
     return result, step - (result - total)
+
+
+@wp.func
+def drifted(x: Any, x_rest: Any, v: Any, v_rest: Any, kick: Any, drift: wp.float64):
+    """The position x after a drift with v and a kick that v does not yet hold, and its new rest."""
+    return added(x, x_rest, drift * (v + (v_rest + kick)))

@@ -1,8 +1,8 @@
 """The fused kernels: all steps of a launch inside.
 
-On a CPU a thread moves a few particles stage by stage together: what one does waits for nothing that another does, so
-the processor works on several at a time where one alone would leave it waiting. On a GPU, which has threads enough, it
-moves one particle and keeps it in registers. The arithmetic of a particle is the same, whoever its neighbours are.
+On a CPU a thread moves a few particles stage by stage together: their sums become vector instructions, and what one
+particle does waits for nothing that another does, so that the processor works on several at a time where one alone
+would leave it waiting. On a GPU, which has threads enough, a thread moves one particle and keeps it in registers.
 """
 
 import functools
@@ -13,12 +13,13 @@ import warp as wp
 from fieldsim.dynamics.contact import contact_step
 from fieldsim.dynamics.encounter import Motion
 from fieldsim.dynamics.sources import Stages, field_at, hessian_at
-from fieldsim.dynamics.state import State, added
+from fieldsim.dynamics.state import State, added, drifted
 from fieldsim.dynamics.surfaces import margin_at, sweep_at
 from fieldsim.dynamics.touch import TOUCHING, Moment, push_out, touch_at
 
-# Particles that a CPU thread moves together.
+# Particles that a CPU thread moves together, and one vector of each.
 LANES = 8
+Group = wp.types.matrix((LANES, 3), wp.float64)
 
 
 @wp.struct
@@ -64,6 +65,33 @@ def method_of(splitting, dt: float, device) -> Method:
 
 
 @wp.struct
+class Part:
+    """What of a `Method` leads to one stage: a kick by the old acceleration, a drift, a kick by the new one.
+
+    factor: of the force gradient in the new kick; evaluating: whether there is a new kick.
+    """
+
+    opening: wp.float64
+    drift: wp.float64
+    kick: wp.float64
+    factor: wp.float64
+    evaluating: bool
+
+
+@wp.func
+def part_of(method: Method, j: int):
+    """The part of a step from stage j to stage j + 1."""
+    part = Part()
+    if j == 0:
+        part.opening = method.opening
+    part.drift = method.drifts[j]
+    part.kick = method.kicks[j]
+    part.factor = method.gradients[j]
+    part.evaluating = part.kick != wp.float64(0.0) or part.factor != wp.float64(0.0)
+    return part
+
+
+@wp.struct
 class Particle:
     """One particle of a `State`."""
 
@@ -91,7 +119,7 @@ def put(state: State, i: int, p: Particle):
 
 
 @functools.cache
-def acceleration_at(kinds_used, gradients: bool):
+def pull_at(kinds_used, gradients: bool):
     """Warp function (point, gravity, stage, factor) -> (acceleration g, factor H g), the latter 0 without gradients."""
     field = field_at(kinds_used)
 
@@ -119,29 +147,25 @@ def acceleration_at(kinds_used, gradients: bool):
 
 
 @functools.cache
-def stage_of(kinds_used, gradients: bool):
-    """Warp function (particle, method, gravity, step, j): from stage j to stage j + 1 of a step."""
-    acceleration = acceleration_at(kinds_used, gradients)
+def advance_of(kinds_used, gradients: bool):
+    """Warp function (particle, part, gravity, stage) -> the particle after the part of a step that ends at a stage."""
+    pull = pull_at(kinds_used, gradients)
 
     @wp.func
-    def stage(p: Particle, method: Method, gravity: Stages, step: int, j: int):
-        x = p.x
+    def advance(p: Particle, part: Part, gravity: Stages, stage: int):
         v = p.v
-        x_rest = p.x_rest
         v_rest = p.v_rest
         a = p.a
-        if j == 0 and method.opening != wp.float64(0.0):
-            v, v_rest = added(v, v_rest, method.opening * a)
-        x, x_rest = added(x, x_rest, method.drifts[j] * v)
-        kick = method.kicks[j]
-        factor = method.gradients[j]
-        if kick != wp.float64(0.0) or factor != wp.float64(0.0):
-            g, push = acceleration(x, gravity, step * method.stages + j + 1, factor)
-            a = g
-            v, v_rest = added(v, v_rest, kick * g + push)
+        kick = part.opening * a
+        x, x_rest = drifted(p.x, p.x_rest, v, v_rest, kick, part.drift)
+        if part.evaluating:
+            a, push = pull(x, gravity, stage, part.factor)
+            if wp.static(gradients):
+                kick = kick + push
+            v, v_rest = added(v, v_rest, kick + part.kick * a)
         return Particle(x, v, x_rest, v_rest, a)
 
-    return stage
+    return advance
 
 
 @functools.cache
@@ -152,16 +176,11 @@ def splitting_kernel(kinds_used, gradients: bool, together: bool):
     The last acceleration is carried along, also from launch to launch, so a run cut into launches anywhere gives the
     same bytes.
     """
-    stage = stage_of(kinds_used, gradients)
+    return _grouped_kernel(kinds_used, gradients) if together else _single_kernel(kinds_used, gradients)
 
-    @wp.kernel(module="unique", enable_backward=False)
-    def grouped(start: int, steps: int, method: Method, gravity: Stages, state: State):
-        first = (start + wp.tid()) * LANES
-        end = wp.min(first + LANES, state.x.shape[0])
-        for step in range(steps):
-            for j in range(method.stages):
-                for i in range(first, end):
-                    put(state, i, stage(particle_at(state, i), method, gravity, step, j))
+
+def _single_kernel(kinds_used, gradients):
+    advance = advance_of(kinds_used, gradients)
 
     @wp.kernel(module="unique", enable_backward=False)
     def single(start: int, steps: int, method: Method, gravity: Stages, state: State):
@@ -169,10 +188,50 @@ def splitting_kernel(kinds_used, gradients: bool, together: bool):
         p = particle_at(state, i)
         for step in range(steps):
             for j in range(method.stages):
-                p = stage(p, method, gravity, step, j)
+                p = advance(p, part_of(method, j), gravity, step * method.stages + j + 1)
         put(state, i, p)
 
-    return grouped if together else single
+    return single
+
+
+def _grouped_kernel(kinds_used, gradients):
+    pull = pull_at(kinds_used, gradients)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def grouped(start: int, steps: int, method: Method, gravity: Stages, state: State):
+        first = (start + wp.tid()) * LANES
+        count = wp.min(LANES, state.x.shape[0] - first)
+        x = Group()
+        v = Group()
+        x_rest = Group()
+        v_rest = Group()
+        a = Group()
+        for k in range(count):
+            x[k] = state.x[first + k]
+            v[k] = state.v[first + k]
+            x_rest[k] = state.x_rest[first + k]
+            v_rest[k] = state.v_rest[first + k]
+            a[k] = state.a[first + k]
+        for step in range(steps):
+            for j in range(method.stages):
+                part = part_of(method, j)
+                kick = part.opening * a
+                x, x_rest = drifted(x, x_rest, v, v_rest, kick, part.drift)
+                if part.evaluating:
+                    for k in range(count):
+                        g, push = pull(x[k], gravity, step * method.stages + j + 1, part.factor)
+                        a[k] = g
+                        if wp.static(gradients):
+                            kick[k] = kick[k] + push
+                    v, v_rest = added(v, v_rest, kick + part.kick * a)
+        for k in range(count):
+            state.x[first + k] = x[k]
+            state.v[first + k] = v[k]
+            state.x_rest[first + k] = x_rest[k]
+            state.v_rest[first + k] = v_rest[k]
+            state.a[first + k] = a[k]
+
+    return grouped
 
 
 @functools.cache
@@ -184,7 +243,7 @@ def contact_kernel(gravity_kinds, surface_kinds, gradients: bool):
     contacts.
     """
     field = field_at(gravity_kinds)
-    stage = stage_of(gravity_kinds, gradients)
+    advance = advance_of(gravity_kinds, gradients)
     margin = margin_at(surface_kinds)
     sweep = sweep_at(surface_kinds)
     near = contact_step(gravity_kinds, surface_kinds)
@@ -216,7 +275,7 @@ def contact_kernel(gravity_kinds, surface_kinds, gradients: bool):
             # No point of the path is farther from its start than the drifts add up to, and what the kicks may bend.
             travel = wp.float64(0.0)
             for j in range(method.stages):
-                r = stage(q, method, gravity, step, j)
+                r = advance(q, part_of(method, j), gravity, step * method.stages + j + 1)
                 travel = travel + wp.length(r.x - q.x) + dt * wp.length(r.v - q.v)
                 q = r
             for k in range(parts):

@@ -183,12 +183,12 @@ def newtonian_segment(lo: real, rho2: real, length: real, softening: real, fold:
     beyond_hi = r_hi + hi
     common = beyond_lo * beyond_hi
     excess = d2 * (beyond_lo + beyond_hi) + (lo + abs(lo)) * common
-    if excess == zero:
-        return real(math.inf), along, zero, along_along, zero, zero
     if lo > zero:
         across = (length * i_lo) * ((lo + hi) * i_hi) / (hi * r_lo + lo * r_hi)
         rest = (rho2 * i_lo * i_hi) * (d2 + lo * lo + hi * hi) / (r_lo * r_hi + lo * hi)
     else:
+        if d2 == zero:  # asked of d2, for who needs no potential
+            return real(math.inf), along, zero, along_along, zero, zero
         across = (hi * i_hi - lo * i_lo) / d2
         rest = (rho2 / d2) * (real(1.0) - (lo * i_lo) * (hi * i_hi))
     ends = rho2 * i_lo * i_lo + rho2 * i_hi * i_hi

@@ -44,13 +44,15 @@ from fieldsim.render.camera import Camera
 from fieldsim.render.image import Renderer, render
 from fieldsim.render.video import Film
 from fieldsim.scenario import Scenario, load
-from fieldsim.world.body import Body, Bounce, Particles
+from fieldsim.world.body import Body, Particles
+from fieldsim.world.contact import Absorb, Bounce, Repulsion, State
 from fieldsim.world.light import Background, DirectionalLight, PointLight
 from fieldsim.world.material import Material
 from fieldsim.world.motion import Keyframes, Pose, Spin, timeline
 from fieldsim.world.world import Snapshot, World
 
 __all__ = [
+    "Absorb",
     "Arc",
     "Background",
     "Body",
@@ -89,6 +91,7 @@ __all__ = [
     "Quartic",
     "Renderer",
     "Report",
+    "Repulsion",
     "Scenario",
     "ScenarioError",
     "Segment",
@@ -96,6 +99,7 @@ __all__ = [
     "Snapshot",
     "SoftObject",
     "Spin",
+    "State",
     "TaperedSegment",
     "Triangle",
     "TriangleMesh",

@@ -9,6 +9,7 @@ import numpy as np
 import warp as wp
 
 from fieldsim import validate
+from fieldsim.dynamics.repulsion import contact_energy
 from fieldsim.dynamics.sources import Sources, field_and_gradient, upload
 from fieldsim.errors import InputError
 from fieldsim.world.motion import Spin
@@ -28,12 +29,12 @@ class Energy:
 
 
 def energy(snapshot) -> Energy:
-    """Energies of a snapshot's particles in the gravity of its bodies at that time; potential = -F."""
+    """Energies of a snapshot's particles at that time; potential = -F of gravity, plus that of a `Repulsion`."""
     x, v = _state(snapshot)
     sources = Sources(snapshot.world, "gravity", snapshot.time)
     points = wp.array(x, dtype=wp.vec3d, device="cpu")
     field, _ = field_and_gradient(sources, upload(sources, np.array([snapshot.time]), "cpu"), points)
-    return Energy(0.5 * np.einsum("ij,ij->i", v, v), -field.numpy())
+    return Energy(0.5 * np.einsum("ij,ij->i", v, v), contact_energy(snapshot) - field.numpy())
 
 
 def angular_momentum(snapshot, center=(0.0, 0.0, 0.0)) -> np.ndarray:

@@ -1,18 +1,21 @@
 """Simulations: particles moved through the fields of a world's bodies."""
 
-import functools
+import math
 import warnings
 
 import numpy as np
 import warp as wp
 
 from fieldsim import validate
+from fieldsim.dynamics.events import Events, balls_of, events_of
 from fieldsim.dynamics.integrators import Leapfrog
-from fieldsim.dynamics.sources import Sources, field_and_gradient, upload
-from fieldsim.dynamics.steps import Balls, contact_kernel, leapfrog_kernel, release_kernel
+from fieldsim.dynamics.repulsion import add_repulsion
+from fieldsim.dynamics.sources import Sources, Stages, field_and_gradient, upload
+from fieldsim.dynamics.steps import contact_kernel, leapfrog_kernel, release_kernel
 from fieldsim.dynamics.surfaces import Surfaces
 from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
 from fieldsim.launch import device_named, launch
+from fieldsim.world.contact import Repulsion, State
 from fieldsim.world.motion import pose_at
 from fieldsim.world.world import Snapshot
 
@@ -27,9 +30,12 @@ class Simulation:
 
     integrator: `Leapfrog(dt)`. time: where it starts. device: "cpu" (default), "cuda", ...; threads: CPU threads (all
     cores unless told). State is float64. The same inputs give the same bytes, whatever the number of threads.
+    log: how many events at surfaces are kept of each particle, the latest (see `events`).
     """
 
-    def __init__(self, world, integrator=None, *, time: float = 0.0, device=None, threads: int | None = None):
+    def __init__(
+        self, world, integrator=None, *, time: float = 0.0, device=None, threads: int | None = None, log: int = 4
+    ):
         self.world = world
         self.integrator = Leapfrog() if integrator is None else integrator
         if not isinstance(self.integrator, Leapfrog):
@@ -42,24 +48,27 @@ class Simulation:
         self._sizes = [len(particles) for particles in world.particles]
         self._x = self._upload([particles.positions for particles in world.particles])
         self._v = self._upload([particles.velocities for particles in world.particles])
-        self._bounces = wp.zeros(len(self._x), dtype=wp.int32, device=self.device)
-        self._surfaces = Surfaces(world, self.time) if any(p.contact for p in world.particles) else ()
+        laws = [particles.contact for particles in world.particles]
+        self._surfaces = Surfaces(world, self.time) if any(laws) else None
+        grain = self._surfaces.grain if self._surfaces else math.inf
+        # Whether anything can happen to a particle but free motion.
+        self._eventful = bool(self._surfaces) or world.escape_radius is not None
+        kept = self._kept(log) if self._eventful else 0
+        self._balls = balls_of(world.particles, world.escape_radius, grain, kept, self.device)
+        self._repulsive = bool(self._surfaces) and any(isinstance(law, Repulsion) for law in laws)
         if self._surfaces:
             self._release()
         self._still = upload(self._gravity, np.array([self.time]), self.device)
         _, self._a = field_and_gradient(self._gravity, self._still, self._x, threads=threads)
+        if self._repulsive:
+            surfaces = self._surfaces.upload(np.array([self.time]), self.device)
+            add_repulsion(self._surfaces.sources.kinds_used, self._x, surfaces, self._balls, self._a)
 
-    @functools.cached_property
-    def _balls(self):
-        """The particles as contact sees them."""
-        sets = self.world.particles
-        balls = Balls()
-        radii = np.repeat([p.radius for p in sets], self._sizes)
-        restitutions = np.repeat([p.contact.restitution if p.contact else -1.0 for p in sets], self._sizes)
-        balls.radii = wp.array(radii, dtype=wp.float64, device=self.device)
-        balls.restitutions = wp.array(restitutions, dtype=wp.float64, device=self.device)
-        balls.grain = self._surfaces.grain
-        return balls
+    @staticmethod
+    def _kept(log):
+        if not isinstance(log, int) or isinstance(log, bool) or log < 1:
+            raise InputError(f"Simulation: log is {log!r}; give a whole number of events per particle, at least 1")
+        return log
 
     def _release(self):
         """Particles that start inside a surface are moved out of it, with a warning."""
@@ -103,9 +112,11 @@ class Simulation:
             raise InputError(f"Simulation.advance: until is {until:g}, before the present time {self.time:g}")
         count, dt = self.integrator.steps(until - self.time)
         start = self.time
+        self._balls.begin = start
         if len(self._x):
             for first in range(0, count, self._steps_per_launch):
                 stages = np.arange(first, min(first + self._steps_per_launch, count) + 1)
+                self._balls.first = first
                 self._leap(start + dt * stages, dt)
                 self.time = start + dt * float(stages[-1])
         self.time = until
@@ -132,10 +143,12 @@ class Simulation:
         steps = len(times) - 1
         gravity = upload(self._gravity, times, self.device, self._still) if self._gravity.moving else self._still
         state = [self._x, self._v, self._a]
-        if self._surfaces:
-            kernel = contact_kernel(self._gravity.kinds_used, self._surfaces.sources.kinds_used)
-            surfaces = self._surfaces.upload(times, self.device)
-            inputs, state = [steps, wp.float64(dt), gravity, surfaces, self._balls], [*state, self._bounces]
+        if self._eventful:
+            kinds, surfaces = ((), ()), Stages()
+            if self._surfaces:
+                kinds, surfaces = self._surfaces.sources.kinds_used, self._surfaces.upload(times, self.device)
+            kernel = contact_kernel(self._gravity.kinds_used, kinds, self._repulsive)
+            inputs = [steps, wp.float64(dt), gravity, surfaces, self._balls]
         else:
             kernel = leapfrog_kernel(self._gravity.kinds_used)
             inputs = [steps, wp.float64(dt), gravity]
@@ -145,12 +158,32 @@ class Simulation:
     @property
     def bounces(self) -> int:
         """Number of contacts made so far by all particles: bounces and landings."""
-        return int(self._bounces.numpy().sum())
+        return int(self._balls.bounces.numpy().sum())
 
     @property
     def bounce_counts(self) -> list[np.ndarray]:
         """Contacts made so far, (N,) int32 per set of particles."""
-        return self._sets(self._bounces)
+        return self._sets(self._balls.bounces)
+
+    @property
+    def states(self) -> list[np.ndarray]:
+        """What each particle does, (N,) int32 of `State` per set of particles."""
+        return self._sets(self._balls.states)
+
+    @property
+    def spins(self) -> list[np.ndarray]:
+        """Angular velocities of particles that roll, world frame, (N, 3) per set of particles."""
+        return self._sets(self._balls.spins)
+
+    def census(self) -> dict[str, int]:
+        """How many particles are moving, resting, absorbed and escaped; together, all of them."""
+        counts = np.bincount(self._balls.states.numpy(), minlength=len(State))
+        return {state.name.lower(): int(counts[state]) for state in State}
+
+    @property
+    def events(self) -> Events:
+        """What happened to the particles at surfaces so far: the latest `log` events of each."""
+        return events_of(self._balls)
 
     def snapshot(self) -> Snapshot:
         """The present moment."""

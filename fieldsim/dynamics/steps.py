@@ -4,23 +4,13 @@ import functools
 
 import warp as wp
 
+from fieldsim.dynamics.balls import ABSORBED, ESCAPED, GONE, MOVING, Balls, ball_of, note, touches
 from fieldsim.dynamics.contact import contact_step
 from fieldsim.dynamics.encounter import Motion
+from fieldsim.dynamics.repulsion import repulsion_at
 from fieldsim.dynamics.sources import Stages, field_at
 from fieldsim.dynamics.surfaces import margin_at, sweep_at
 from fieldsim.dynamics.touch import TOUCHING, Moment, push_out, touch_at
-
-
-@wp.struct
-class Balls:
-    """Particles as contact sees them: radii (N,), restitutions (N,), negative for those that touch nothing.
-
-    grain: the length over which the surfaces' fields vary little.
-    """
-
-    radii: wp.array(dtype=wp.float64)
-    restitutions: wp.array(dtype=wp.float64)
-    grain: wp.float64
 
 
 @functools.cache
@@ -61,15 +51,16 @@ def leapfrog_kernel(kinds_used):
 
 
 @functools.cache
-def contact_kernel(gravity_kinds, surface_kinds):
-    """`leapfrog_kernel` for worlds with surfaces: particles of restitution >= 0 bounce, the others pass through.
-
-    radii, restitutions (N,); bounces (N,) counts each particle's contacts. grain: see `Surfaces`.
-    """
+def contact_kernel(gravity_kinds, surface_kinds, repulsive):
+    """`leapfrog_kernel` for worlds with contact laws, or an escape radius. repulsive: whether some repel."""
     field = field_at(gravity_kinds)
     margin = margin_at(surface_kinds)
     sweep = sweep_at(surface_kinds)
     near = contact_step(gravity_kinds, surface_kinds)
+    repel = repulsion_at(surface_kinds if repulsive else None)
+    # In a world that stands still a step that changes nothing would change nothing ever after.
+    still = wp.constant(wp.int32(0 if gravity_kinds[1] or surface_kinds[1] else 1))
+    ground_still = wp.constant(wp.int32(0 if surface_kinds[1] else 1))
 
     @wp.kernel(module="unique", enable_backward=False)
     def leapfrog(
@@ -82,39 +73,59 @@ def contact_kernel(gravity_kinds, surface_kinds):
         positions: wp.array(dtype=wp.vec3d),
         velocities: wp.array(dtype=wp.vec3d),
         accelerations: wp.array(dtype=wp.vec3d),
-        bounces: wp.array(dtype=wp.int32),
     ):
         i = start + wp.tid()
+        ball = ball_of(balls, i)
         m = Motion()
         m.x = positions[i]
         m.v = velocities[i]
         m.a = accelerations[i]
-        radius = balls.radii[i]
+        m.spin = balls.spins[i]
+        m.state = balls.states[i]
         half = wp.float64(0.5) * dt
         hits = wp.int32(0)
         # How far the particle may still travel before it could touch anything.
         room = wp.float64(-1.0)
-        if balls.restitutions[i] < wp.float64(0.0):
+        if not touches(ball.law):
             room = wp.float64(wp.inf)
         for step in range(steps):
+            if m.state == ESCAPED or (m.state == ABSORBED and ground_still == 1):
+                break
             travel = dt * (wp.length(m.v) + half * wp.length(m.a))
             room = room - travel - sweep(surfaces, step)
             if room < wp.float64(0.0):
-                room = margin(m.x, surfaces, step) - radius - travel
+                room = margin(m.x, surfaces, step) - ball.radius - travel
             if room < wp.float64(0.0):
-                m.t = wp.float64(0.0)
-                m, found = near(m, radius, balls.restitutions[i], balls.grain, gravity, surfaces, step, dt)
+                last = m
+                m, found = near(m, step, ball, balls, gravity, surfaces, dt)
                 hits += found
+                if (
+                    still == 1
+                    and found == 0
+                    and m.x == last.x
+                    and m.v == last.v
+                    and m.a == last.a
+                    and m.spin == last.spin
+                ):
+                    break
             else:
+                m.state = MOVING
+                m.known = wp.int32(0)
                 m.v = m.v + half * m.a
                 m.x = m.x + dt * m.v
                 _f, g = field(m.x, gravity, step + 1)
-                m.a = g
+                m.a = g + repel(m.x, surfaces, step + 1, balls, i)
                 m.v = m.v + half * m.a
+            if wp.dot(m.x, m.x) > balls.escape2:
+                m.state = ESCAPED
+                time = balls.begin + wp.float64(balls.first + step + 1) * dt
+                note(balls, i, time, GONE, m.x, wp.vec3d())
         positions[i] = m.x
         velocities[i] = m.v
         accelerations[i] = m.a
-        bounces[i] = bounces[i] + hits
+        balls.spins[i] = m.spin
+        balls.states[i] = m.state
+        balls.bounces[i] = balls.bounces[i] + hits
 
     return leapfrog
 
@@ -140,7 +151,7 @@ def release_kernel(surface_kinds):
         moment = Moment()
         moment.dt = wp.float64(1.0)
         inside[i] = 0
-        if balls.restitutions[i] >= wp.float64(0.0) and margin(x, surfaces, 0) < radius:
+        if touches(balls.laws[i]) and margin(x, surfaces, 0) < radius:
             touch = touch_of(x, radius, surfaces, moment, wp.float64(0.0))
             if touch.gap > TOUCHING:
                 inside[i] = 1

@@ -62,7 +62,7 @@ def rebound(surface_kinds):
     def bounce(m: Motion, here: Touch, ball: Ball, leaving: wp.float64, surfaces: Stages, moment: Moment):
         press = -(wp.float64(1.0) + ball.restitution) * leaving
         v = m.v + press * here.normal
-        ground, _turn, _shift = ground_of(m.x, here.normal, ball.radius, surfaces, moment)
+        ground, _turn, _shift = ground_of(m.x, here.normal, ball, surfaces, moment)
         slip = slip_of(v, m.spin, ground, here.normal, ball.radius)
         v, spin = rubbed(v, m.spin, slip, here.normal, ball, press)
         return v, spin

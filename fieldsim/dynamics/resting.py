@@ -40,13 +40,19 @@ def pull_between(kinds_used):
 
 @functools.cache
 def ground_at(kinds_used):
-    """Warp function (center, normal, radius, surfaces, moment) -> (velocity of the material there, twist)."""
+    """Warp function (center, normal, ball, surfaces, moment) -> (velocity of the ground, turn, shift).
+
+    That of the material at the lowest point of a ball that rolls. Others are taken to turn with the ground they are on,
+    so theirs is that of the material carried on to their centre.
+    """
     twist = twist_at(kinds_used)
 
     @wp.func
-    def ground(x: wp.vec3d, normal: wp.vec3d, radius: wp.float64, surfaces: Stages, moment: Moment):
-        p = x - radius * normal
+    def ground(x: wp.vec3d, normal: wp.vec3d, ball: Ball, surfaces: Stages, moment: Moment):
+        p = x - ball.radius * normal
         turn, shift = twist(p, surfaces, moment.stage)
+        if ball.mobility == wp.float64(1.0):
+            p = x
         return (wp.cross(turn, p) + shift) / moment.dt, turn, shift
 
     return ground
@@ -67,7 +73,7 @@ def ride_on(kinds_used):
     @wp.func
     def ride(x: wp.vec3d, here: Touch, ball: Ball, surfaces: Stages, moment: Moment, duration: wp.float64):
         share = duration / moment.dt
-        _u, turn, shift = ground(x, here.normal, ball.radius, surfaces, moment)
+        _u, turn, shift = ground(x, here.normal, ball, surfaces, moment)
         x = screw(x, share * turn, share * shift)
         end = moment
         end.t = moment.t + duration
@@ -75,7 +81,7 @@ def ride_on(kinds_used):
         if there.gap > wp.float64(0.0) or there.gap < -TOLERANCE:
             x = push(x, ball.radius, ball.grain, surfaces, end)
             there = touch_of(x, ball.radius, surfaces, end, wp.float64(0.0))
-        u, _t, _s = ground(x, there.normal, ball.radius, surfaces, moment)
+        u, _t, _s = ground(x, there.normal, ball, surfaces, moment)
         return x, u + (there.speed - wp.dot(u, there.normal)) * there.normal, there
 
     return ride if moving else stay
@@ -151,7 +157,7 @@ def supported(gravity_kinds, surface_kinds):
     @wp.func
     def support(m: Motion, here: Touch, ball: Ball, gravity: Stages, surfaces: Stages, moment: Moment):
         h = moment.dt - moment.t
-        ground, turn, _shift = ground_of(m.x, here.normal, ball.radius, surfaces, moment)
+        ground, turn, _shift = ground_of(m.x, here.normal, ball, surfaces, moment)
         # It lands: what is left of its fall is taken, and friction has its part of that.
         press = wp.max(here.speed - wp.dot(m.v, here.normal), wp.float64(0.0))
         m.v = m.v + press * here.normal
@@ -185,7 +191,7 @@ def supported(gravity_kinds, surface_kinds):
         if held == 1:
             press = wp.max(there.speed - wp.dot(v, there.normal), wp.float64(0.0))
             v = v + press * there.normal
-            ground, _t, _s = ground_of(x, there.normal, ball.radius, surfaces, moment)
+            ground, _t, _s = ground_of(x, there.normal, ball, surfaces, moment)
             slip = slip_of(v, spin, ground, there.normal, ball.radius)
             v, spin = rubbed(v, spin, slip, there.normal, ball, press)
         result.x = x

@@ -23,7 +23,8 @@ class Bounce:
     restitution: the factor (0..1) on the normal velocity, reversed. friction: Coulomb's coefficient mu, of sliding and
     of sticking: along the surface the ball's velocity relative to the material it touches changes by at most mu times
     the normal impulse. rolling: whether the ball turns (a solid sphere, inertia 2/5 m r^2); otherwise it is a point
-    mass that friction can bring to rest.
+    mass that friction can bring to rest. The material moves with its body's pose (where bodies melt together, as their
+    mean weighted by their fields); what growth or bending does to it along the surface is not known.
     """
 
     restitution: float = 0.6

@@ -116,14 +116,13 @@ def contact_step(gravity_kinds, surface_kinds):
             slow = SLOW * dt * wp.max(-wp.dot(m.a, here.normal), wp.float64(0.0))
             touching = here.gap >= -TOUCHING
             crowded = hits >= CROWDED
-            place = m.x - ball.radius * here.normal
             before = m.v
             if touching and ball.law == ABSORB:
                 if leaving <= wp.float64(0.0):
                     m.state = ABSORBED
                     x, v, there = ride(m.x, here, ball, surfaces, moment, wp.float64(0.0))
                     m.v = v
-                    note(balls, ball.index, begun + m.t, TAKEN, place, v - before)
+                    note(balls, ball.index, begun + m.t, TAKEN, here.low, v - before)
                     hits += 1
                     hit = wp.int32(0)
                     m.here = here
@@ -133,7 +132,7 @@ def contact_step(gravity_kinds, surface_kinds):
                 v, spin = bounce(m, here, ball, leaving, surfaces, moment)
                 m.v = v
                 m.spin = spin
-                note(balls, ball.index, begun + m.t, HIT, place, v - before)
+                note(balls, ball.index, begun + m.t, HIT, here.low, v - before)
                 leaving = -ball.restitution * leaving
                 hit = wp.int32(1)
             hits += hit
@@ -142,7 +141,7 @@ def contact_step(gravity_kinds, surface_kinds):
                 if m.state != RESTING:
                     m.state = RESTING
                     fall = wp.max(-leaving, wp.float64(0.0))
-                    note(balls, ball.index, begun + m.t, LAND, place, fall * here.normal)
+                    note(balls, ball.index, begun + m.t, LAND, here.low, fall * here.normal)
                 m = support(m, here, ball, gravity, surfaces, moment)
                 m.known = wp.int32(1)
             else:

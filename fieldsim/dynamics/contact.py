@@ -84,6 +84,7 @@ def contact_step(gravity_kinds, surface_kinds):
     pull = pull_between(gravity_kinds)
     bounce = rebound(surface_kinds)
     ride = ride_on(surface_kinds)
+    ground_of = ground_at(surface_kinds)
 
     @wp.func
     def step(m: Motion, stage: int, ball: Ball, balls: Balls, gravity: Stages, surfaces: Stages, dt: wp.float64):
@@ -106,7 +107,8 @@ def contact_step(gravity_kinds, surface_kinds):
                 a = pull(m.x, gravity, stage, m.t / dt)
                 m.a = a
             if m.state == ABSORBED:
-                x, v, there = ride(m.x, here, ball, surfaces, moment, dt - m.t)
+                _u, turn, shift = ground_of(m.x, here.normal, ball, surfaces, moment)
+                x, v, there = ride(m.x, here, turn, shift, ball, surfaces, moment, dt - m.t)
                 m.x = x
                 m.v = v
                 m.here = there
@@ -120,7 +122,8 @@ def contact_step(gravity_kinds, surface_kinds):
             if touching and ball.law == ABSORB:
                 if leaving <= wp.float64(0.0):
                     m.state = ABSORBED
-                    x, v, there = ride(m.x, here, ball, surfaces, moment, wp.float64(0.0))
+                    u, _turn, _shift = ground_of(m.x, here.normal, ball, surfaces, moment)
+                    v = u + (here.speed - wp.dot(u, here.normal)) * here.normal
                     m.v = v
                     note(balls, ball.index, begun + m.t, TAKEN, here.low, v - before)
                     hits += 1

@@ -71,14 +71,19 @@ def twist_at(kinds_used):
 
     @wp.func
     def changing(p: wp.vec3d, surfaces: Stages, stage: int):
+        first = stage * surfaces.moving
+        rows = surfaces.moving_rows
+        if surfaces.moving == 1 and surfaces.kinds.shape[0] == 0:  # a world of one element needs no weights
+            return (
+                wp.vec3d(rows[first, TURN], rows[first, TURN + 1], rows[first, TURN + 2]),
+                wp.vec3d(rows[first, SHIFT], rows[first, SHIFT + 1], rows[first, SHIFT + 2]),
+            )
         total, _g = rest(p, surfaces, stage)
         total = wp.max(total, wp.float64(1e-300))
         turn = wp.vec3d()
         shift = wp.vec3d()
-        first = stage * surfaces.moving
         for i in range(first, first + surfaces.moving):
             f, _x, _y, _z = one(p[0], p[1], p[2], surfaces.moving_rows, surfaces.moving_kinds, i)
-            rows = surfaces.moving_rows
             turn += f * wp.vec3d(rows[i, TURN], rows[i, TURN + 1], rows[i, TURN + 2])
             shift += f * wp.vec3d(rows[i, SHIFT], rows[i, SHIFT + 1], rows[i, SHIFT + 2])
             total += f

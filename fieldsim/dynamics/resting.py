@@ -60,20 +60,36 @@ def ground_at(kinds_used):
 
 @functools.cache
 def ride_on(kinds_used):
-    """Warp function that moves a ball with the material under it for a time -> (position, velocity, touch there)."""
+    """Warp function that moves a ball with the twist of its ground for a time -> (position, velocity, touch there)."""
     moving = len(kinds_used[1]) > 0
     touch_of = touch_at(kinds_used)
     push = push_out(kinds_used)
-    ground = ground_at(kinds_used)
 
     @wp.func
-    def stay(x: wp.vec3d, here: Touch, ball: Ball, surfaces: Stages, moment: Moment, duration: wp.float64):
+    def stay(
+        x: wp.vec3d,
+        here: Touch,
+        turn: wp.vec3d,
+        shift: wp.vec3d,
+        ball: Ball,
+        surfaces: Stages,
+        moment: Moment,
+        duration: wp.float64,
+    ):
         return x, wp.vec3d(), here
 
     @wp.func
-    def ride(x: wp.vec3d, here: Touch, ball: Ball, surfaces: Stages, moment: Moment, duration: wp.float64):
+    def ride(
+        x: wp.vec3d,
+        here: Touch,
+        turn: wp.vec3d,
+        shift: wp.vec3d,
+        ball: Ball,
+        surfaces: Stages,
+        moment: Moment,
+        duration: wp.float64,
+    ):
         share = duration / moment.dt
-        _u, turn, shift = ground(x, here.normal, ball, surfaces, moment)
         x = screw(x, share * turn, share * shift)
         end = moment
         end.t = moment.t + duration
@@ -81,7 +97,7 @@ def ride_on(kinds_used):
         if there.gap > wp.float64(0.0) or there.gap < -TOLERANCE:
             x = push(x, ball.radius, ball.grain, surfaces, end)
             there = touch_of(x, ball.radius, surfaces, end, wp.float64(0.0))
-        u, _t, _s = ground(x, there.normal, ball, surfaces, moment)
+        u = (wp.cross(turn, x) + shift) / moment.dt
         return x, u + (there.speed - wp.dot(u, there.normal)) * there.normal, there
 
     return ride if moving else stay
@@ -157,7 +173,7 @@ def supported(gravity_kinds, surface_kinds):
     @wp.func
     def support(m: Motion, here: Touch, ball: Ball, gravity: Stages, surfaces: Stages, moment: Moment):
         h = moment.dt - moment.t
-        ground, turn, _shift = ground_of(m.x, here.normal, ball, surfaces, moment)
+        ground, turn, shift = ground_of(m.x, here.normal, ball, surfaces, moment)
         # It lands: what is left of its fall is taken, and friction has its part of that.
         press = wp.max(here.speed - wp.dot(m.v, here.normal), wp.float64(0.0))
         m.v = m.v + press * here.normal
@@ -169,7 +185,7 @@ def supported(gravity_kinds, surface_kinds):
         result = m
         result.t = moment.dt
         if grips(m, here, ball, slip, ground, turn, h, moment.dt):
-            x, v, there = ride(m.x, here, ball, surfaces, moment, h)
+            x, v, there = ride(m.x, here, turn, shift, ball, surfaces, moment, h)
             result.x = x
             result.v = v
             result.here = there

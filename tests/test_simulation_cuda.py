@@ -34,7 +34,7 @@ def test_every_kernel_compiles_for_cuda(tmp_path):
     gravity, surface = (Sources(world, role, 0.0).kinds_used for role in ("gravity", "surface"))
     kernels = (
         leapfrog_kernel(gravity),
-        contact_kernel(gravity, surface, True),
+        contact_kernel(gravity, surface),
         release_kernel(surface),
         _field_kernel(gravity),
     )

@@ -88,6 +88,12 @@ def touches(law: wp.int32):
 
 
 @wp.func
+def time_of(balls: Balls, step: int, dt: wp.float64):
+    """When a step of the launch begins: the same number however a run is cut into launches."""
+    return balls.begin + wp.float64(balls.first + step) * dt
+
+
+@wp.func
 def note(balls: Balls, i: int, time: wp.float64, kind: wp.int32, place: wp.vec3d, impulse: wp.vec3d):
     """Write an event into the log."""
     made = balls.logged[i]

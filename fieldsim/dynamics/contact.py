@@ -11,9 +11,10 @@ import functools
 
 import warp as wp
 
-from fieldsim.dynamics.balls import ABSORB, ABSORBED, HIT, LAND, MOVING, RESTING, TAKEN, Ball, Balls, note
+from fieldsim.dynamics.balls import ABSORB, ABSORBED, HIT, LAND, MOVING, REPULSION, RESTING, TAKEN, Ball, Balls, note
 from fieldsim.dynamics.encounter import Motion, first_contact
 from fieldsim.dynamics.ground import rubbed, slip_of
+from fieldsim.dynamics.repulsion import repelled_step
 from fieldsim.dynamics.resting import ground_at, pull_between, ride_on, supported
 from fieldsim.dynamics.sources import Stages
 from fieldsim.dynamics.touch import TOUCHING, Moment, Touch, push_out, touch_at
@@ -72,7 +73,7 @@ def rebound(surface_kinds):
 
 @functools.cache
 def contact_step(gravity_kinds, surface_kinds):
-    """Warp function: one whole step near a surface, its second argument the index of the step in the launch.
+    """Warp function: one whole step near a surface, from `stage` to the next, begun at `time`.
 
     Returns (motion, number of hits). Where surfaces stand still the touch at the end serves the next step.
     """
@@ -84,16 +85,28 @@ def contact_step(gravity_kinds, surface_kinds):
     pull = pull_between(gravity_kinds)
     bounce = rebound(surface_kinds)
     ride = ride_on(surface_kinds)
+    repelled = repelled_step(gravity_kinds, surface_kinds)
     ground_of = ground_at(surface_kinds)
 
     @wp.func
-    def step(m: Motion, stage: int, ball: Ball, balls: Balls, gravity: Stages, surfaces: Stages, dt: wp.float64):
+    def step(
+        m: Motion,
+        stage: int,
+        time: wp.float64,
+        ball: Ball,
+        balls: Balls,
+        gravity: Stages,
+        surfaces: Stages,
+        dt: wp.float64,
+    ):
+        if ball.law == REPULSION:
+            m = repelled(m, stage, ball, balls, gravity, surfaces, dt)
+            return m, wp.int32(0)
         hits = wp.int32(0)
         hit = wp.int32(0)
         moment = Moment()
         moment.stage = stage
         moment.dt = dt
-        begun = balls.begin + wp.float64(balls.first + stage) * dt
         m.t = wp.float64(0.0)
         m.known = m.known * still
         for _ in range(EVENTS):
@@ -125,7 +138,7 @@ def contact_step(gravity_kinds, surface_kinds):
                     u, _turn, _shift = ground_of(m.x, here.normal, ball, surfaces, moment)
                     v = u + (here.speed - wp.dot(u, here.normal)) * here.normal
                     m.v = v
-                    note(balls, ball.index, begun + m.t, TAKEN, here.low, v - before)
+                    note(balls, ball.index, time + m.t, TAKEN, here.low, v - before)
                     hits += 1
                     hit = wp.int32(0)
                     m.here = here
@@ -135,7 +148,7 @@ def contact_step(gravity_kinds, surface_kinds):
                 v, spin = bounce(m, here, ball, leaving, surfaces, moment)
                 m.v = v
                 m.spin = spin
-                note(balls, ball.index, begun + m.t, HIT, here.low, v - before)
+                note(balls, ball.index, time + m.t, HIT, here.low, v - before)
                 leaving = -ball.restitution * leaving
                 hit = wp.int32(1)
             hits += hit
@@ -144,7 +157,7 @@ def contact_step(gravity_kinds, surface_kinds):
                 if m.state != RESTING:
                     m.state = RESTING
                     fall = wp.max(-leaving, wp.float64(0.0))
-                    note(balls, ball.index, begun + m.t, LAND, here.low, fall * here.normal)
+                    note(balls, ball.index, time + m.t, LAND, here.low, fall * here.normal)
                 m = support(m, here, ball, gravity, surfaces, moment)
                 m.known = wp.int32(1)
             else:

@@ -12,6 +12,7 @@ from fieldsim import validate
 from fieldsim.dynamics.repulsion import contact_energy
 from fieldsim.dynamics.sources import Sources, field_and_gradient, upload
 from fieldsim.errors import InputError
+from fieldsim.world.contact import State
 from fieldsim.world.motion import Spin
 
 
@@ -125,7 +126,9 @@ class EnergyLog:
 
     @property
     def _judged(self):
-        return np.concatenate(self._simulation.bounce_counts) == 0
+        """Which particles never touched a surface, nor escaped and were stopped."""
+        escaped = np.concatenate(self._simulation.states) == State.ESCAPED
+        return (np.concatenate(self._simulation.bounce_counts) == 0) & ~escaped
 
     def record(self) -> None:
         """Take the present moment into account."""

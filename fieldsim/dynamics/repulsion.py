@@ -5,59 +5,42 @@ import functools
 import numpy as np
 import warp as wp
 
-from fieldsim.dynamics.balls import REPULSION, Balls
+from fieldsim.dynamics.balls import Ball, Balls
+from fieldsim.dynamics.encounter import Motion
+from fieldsim.dynamics.resting import pull_between
 from fieldsim.dynamics.sources import Sources, Stages, field_and_gradient, field_at, upload
-from fieldsim.launch import launch
 from fieldsim.world.contact import Repulsion
 
 
 @functools.cache
-def repulsion_at(surface_kinds):
-    """Warp function (point, surfaces, stage, balls, i) -> acceleration of particle i; None: nobody is repelled."""
-    field = field_at(surface_kinds or ((), ()))
+def repelled_step(gravity_kinds, surface_kinds):
+    """Warp function: one leapfrog step of a ball that surfaces repel; m.a is the acceleration by gravity alone."""
+    field = field_at(surface_kinds)
+    pull = pull_between(gravity_kinds)
 
     @wp.func
-    def nothing(p: wp.vec3d, surfaces: Stages, stage: int, balls: Balls, i: int):
-        return wp.vec3d()
-
-    @wp.func
-    def repel(p: wp.vec3d, surfaces: Stages, stage: int, balls: Balls, i: int):
+    def push(p: wp.vec3d, surfaces: Stages, stage: int, stiffness: wp.float64, reach: wp.float64):
+        f, g = field(p, surfaces, stage)
         result = wp.vec3d()
-        if balls.laws[i] == REPULSION:
-            f, g = field(p, surfaces, stage)
-            if f > wp.float64(0.0):
-                near = wp.float64(1.0) + wp.log(f) / balls.reaches[i]
-                if near > wp.float64(0.0):
-                    slope = wp.float64(3.0) * balls.stiffnesses[i] * near * near / balls.reaches[i]
-                    result = (-slope / f) * g
+        if f > wp.float64(0.0):
+            near = wp.float64(1.0) + wp.log(f) / reach
+            if near > wp.float64(0.0):
+                result = -(wp.float64(3.0) * stiffness * near * near / (reach * f)) * g
         return result
 
-    return repel if surface_kinds else nothing
+    @wp.func
+    def step(m: Motion, stage: int, ball: Ball, balls: Balls, gravity: Stages, surfaces: Stages, dt: wp.float64):
+        stiffness = balls.stiffnesses[ball.index]
+        reach = balls.reaches[ball.index]
+        half = wp.float64(0.5) * dt
+        m.v = m.v + half * (m.a + push(m.x, surfaces, stage, stiffness, reach))
+        m.x = m.x + dt * m.v
+        a = pull(m.x, gravity, stage, wp.float64(1.0))
+        m.a = a
+        m.v = m.v + half * (m.a + push(m.x, surfaces, stage + 1, stiffness, reach))
+        return m
 
-
-@functools.cache
-def _added(surface_kinds):
-    """Kernel that adds the repulsion to accelerations."""
-    repel = repulsion_at(surface_kinds)
-
-    @wp.kernel(module="unique", enable_backward=False)
-    def add(
-        start: int,
-        positions: wp.array(dtype=wp.vec3d),
-        surfaces: Stages,
-        balls: Balls,
-        accelerations: wp.array(dtype=wp.vec3d),
-    ):
-        i = start + wp.tid()
-        accelerations[i] = accelerations[i] + repel(positions[i], surfaces, 0, balls, i)
-
-    return add
-
-
-def add_repulsion(surface_kinds, positions, surfaces: Stages, balls: Balls, accelerations) -> None:
-    """Add the repulsion at the first stage to `accelerations` (N,) of vec3d."""
-    kernel = _added(surface_kinds)
-    launch(kernel, len(positions), [positions, surfaces, balls], [accelerations], device=positions.device)
+    return step
 
 
 def contact_energy(snapshot) -> np.ndarray:

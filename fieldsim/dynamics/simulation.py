@@ -9,13 +9,12 @@ import warp as wp
 from fieldsim import validate
 from fieldsim.dynamics.events import Events, balls_of, events_of
 from fieldsim.dynamics.integrators import Leapfrog
-from fieldsim.dynamics.repulsion import add_repulsion
 from fieldsim.dynamics.sources import Sources, Stages, field_and_gradient, upload
 from fieldsim.dynamics.steps import contact_kernel, leapfrog_kernel, release_kernel
 from fieldsim.dynamics.surfaces import Surfaces
 from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
 from fieldsim.launch import device_named, launch
-from fieldsim.world.contact import Repulsion, State
+from fieldsim.world.contact import State
 from fieldsim.world.motion import pose_at
 from fieldsim.world.world import Snapshot
 
@@ -48,21 +47,16 @@ class Simulation:
         self._sizes = [len(particles) for particles in world.particles]
         self._x = self._upload([particles.positions for particles in world.particles])
         self._v = self._upload([particles.velocities for particles in world.particles])
-        laws = [particles.contact for particles in world.particles]
-        self._surfaces = Surfaces(world, self.time) if any(laws) else None
+        self._surfaces = Surfaces(world, self.time) if any(p.contact for p in world.particles) else None
         grain = self._surfaces.grain if self._surfaces else math.inf
         # Whether anything can happen to a particle but free motion.
         self._eventful = bool(self._surfaces) or world.escape_radius is not None
         kept = self._kept(log) if self._eventful else 0
         self._balls = balls_of(world.particles, world.escape_radius, grain, kept, self.device)
-        self._repulsive = bool(self._surfaces) and any(isinstance(law, Repulsion) for law in laws)
         if self._surfaces:
             self._release()
         self._still = upload(self._gravity, np.array([self.time]), self.device)
         _, self._a = field_and_gradient(self._gravity, self._still, self._x, threads=threads)
-        if self._repulsive:
-            surfaces = self._surfaces.upload(np.array([self.time]), self.device)
-            add_repulsion(self._surfaces.sources.kinds_used, self._x, surfaces, self._balls, self._a)
 
     @staticmethod
     def _kept(log):
@@ -147,7 +141,7 @@ class Simulation:
             kinds, surfaces = ((), ()), Stages()
             if self._surfaces:
                 kinds, surfaces = self._surfaces.sources.kinds_used, self._surfaces.upload(times, self.device)
-            kernel = contact_kernel(self._gravity.kinds_used, kinds, self._repulsive)
+            kernel = contact_kernel(self._gravity.kinds_used, kinds)
             inputs = [steps, wp.float64(dt), gravity, surfaces, self._balls]
         else:
             kernel = leapfrog_kernel(self._gravity.kinds_used)

@@ -4,10 +4,9 @@ import functools
 
 import warp as wp
 
-from fieldsim.dynamics.balls import ABSORBED, ESCAPED, GONE, MOVING, Balls, ball_of, note, touches
+from fieldsim.dynamics.balls import ABSORBED, ESCAPED, GONE, MOVING, NOTHING, Balls, ball_of, note, time_of, touches
 from fieldsim.dynamics.contact import contact_step
 from fieldsim.dynamics.encounter import Motion
-from fieldsim.dynamics.repulsion import repulsion_at
 from fieldsim.dynamics.sources import Stages, field_at
 from fieldsim.dynamics.surfaces import margin_at, sweep_at
 from fieldsim.dynamics.touch import TOUCHING, Moment, push_out, touch_at
@@ -51,13 +50,12 @@ def leapfrog_kernel(kinds_used):
 
 
 @functools.cache
-def contact_kernel(gravity_kinds, surface_kinds, repulsive):
-    """`leapfrog_kernel` for worlds with contact laws, or an escape radius. repulsive: whether some repel."""
+def contact_kernel(gravity_kinds, surface_kinds):
+    """`leapfrog_kernel` for worlds with contact laws, or an escape radius."""
     field = field_at(gravity_kinds)
     margin = margin_at(surface_kinds)
     sweep = sweep_at(surface_kinds)
     near = contact_step(gravity_kinds, surface_kinds)
-    repel = repulsion_at(surface_kinds if repulsive else None)
     # In a world that stands still a step that changes nothing would change nothing ever after.
     still = wp.constant(wp.int32(0 if gravity_kinds[1] or surface_kinds[1] else 1))
     ground_still = wp.constant(wp.int32(0 if surface_kinds[1] else 1))
@@ -86,18 +84,18 @@ def contact_kernel(gravity_kinds, surface_kinds, repulsive):
         hits = wp.int32(0)
         # How far the particle may still travel before it could touch anything.
         room = wp.float64(-1.0)
-        if not touches(ball.law):
+        if ball.law == NOTHING:
             room = wp.float64(wp.inf)
         for step in range(steps):
             if m.state == ESCAPED or (m.state == ABSORBED and ground_still == 1):
                 break
             travel = dt * (wp.length(m.v) + half * wp.length(m.a))
             room = room - travel - sweep(surfaces, step)
-            if room < wp.float64(0.0):
+            if room < wp.float64(0.0) and touches(ball.law):
                 room = margin(m.x, surfaces, step) - ball.radius - travel
             if room < wp.float64(0.0):
                 last = m
-                m, found = near(m, step, ball, balls, gravity, surfaces, dt)
+                m, found = near(m, step, time_of(balls, step, dt), ball, balls, gravity, surfaces, dt)
                 hits += found
                 if (
                     still == 1
@@ -114,12 +112,11 @@ def contact_kernel(gravity_kinds, surface_kinds, repulsive):
                 m.v = m.v + half * m.a
                 m.x = m.x + dt * m.v
                 _f, g = field(m.x, gravity, step + 1)
-                m.a = g + repel(m.x, surfaces, step + 1, balls, i)
+                m.a = g
                 m.v = m.v + half * m.a
             if wp.dot(m.x, m.x) > balls.escape2:
                 m.state = ESCAPED
-                time = balls.begin + wp.float64(balls.first + step + 1) * dt
-                note(balls, i, time, GONE, m.x, wp.vec3d())
+                note(balls, i, time_of(balls, step + 1, dt), GONE, m.x, wp.vec3d())
         positions[i] = m.x
         velocities[i] = m.v
         accelerations[i] = m.a

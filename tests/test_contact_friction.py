@@ -209,3 +209,26 @@ def test_contact_does_not_depend_on_threads_or_launches(monkeypatch):
 def test_laws_without_meaning_are_refused(options, words):
     with pytest.raises(fs.InputError, match=words):
         fs.Bounce(**options)
+
+
+def test_a_sphere_that_rolls_around_a_planet_keeps_its_energy_and_its_ground():
+    world = fs.World()
+    world.add_body(fs.Body(fs.Point((0, 0, 0)), gravity=fs.Newtonian(), surface=fs.Material(radius=0.5)))
+    law = fs.Bounce(0.3, friction=1.0, rolling=True)
+    world.add_particles([(0.52, 0, 0)], [(0, 0.7, 0.2)], radius=BALL, contact=law)
+    simulation = fs.Simulation(world, fs.Leapfrog(1e-3), threads=1)
+    simulation.advance(0.2)
+
+    def energy():
+        x, v, spin = simulation.positions[0][0], simulation.velocities[0][0], simulation.spins[0][0]
+        return 0.5 * v @ v + 0.2 * BALL**2 * spin @ spin - 1 / np.linalg.norm(x)
+
+    # Slipping took what it takes of a ball without spin: 2/7 of the kinetic energy.
+    before = energy()
+    assert before == pytest.approx(0.5 * 5 / 7 * 0.53 - 1 / 0.52, abs=1e-4)
+    simulation.advance(20.0)
+    slip = simulation.velocities[0][0] - BALL * np.cross(simulation.spins[0][0], simulation.positions[0][0] / 0.52)
+    np.testing.assert_allclose(slip, 0.0, atol=1e-9)
+    assert np.linalg.norm(simulation.positions[0]) == pytest.approx(0.52, abs=1e-10)
+    # At one speed around a sphere nothing is lost but by rounding.
+    assert energy() == pytest.approx(before, abs=1e-12)

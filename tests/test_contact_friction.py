@@ -232,3 +232,19 @@ def test_a_sphere_that_rolls_around_a_planet_keeps_its_energy_and_its_ground():
     assert np.linalg.norm(simulation.positions[0]) == pytest.approx(0.52, abs=1e-10)
     # At one speed around a sphere nothing is lost but by rounding.
     assert energy() == pytest.approx(before, abs=1e-12)
+
+
+@pytest.mark.parametrize(("rate", "holds"), [(1.45, True), (1.63, False)])
+def test_a_pebble_is_flung_off_its_latitude_where_the_planet_spins_too_fast(rate, holds):
+    # At 45 degrees w^2 r / 2 is needed along the ground and taken off the weight: w = 1.54 for friction 0.2.
+    world = fs.World()
+    surface = fs.Material(radius=0.5)
+    world.add_body(fs.Body(fs.Point((0, 0, 0)), gravity=fs.Newtonian(), surface=surface, motion=fs.Spin(rate=rate)))
+    place = 0.52 * np.sqrt(0.5) * np.array([1.0, 0.0, 1.0])
+    velocity = np.cross([0, 0, rate], place)
+    world.add_particles([place], [velocity], radius=BALL, contact=fs.Bounce(0.3, friction=0.2))
+    simulation = fs.Simulation(world, fs.Leapfrog(1e-3), threads=1)
+    simulation.advance(1.0)
+    latitude = np.degrees(np.arcsin(simulation.positions[0][0, 2] / 0.52))
+    assert np.linalg.norm(simulation.positions[0]) == pytest.approx(0.52, abs=1e-9)
+    assert latitude == pytest.approx(45.0, abs=1e-6) if holds else latitude < 44.0

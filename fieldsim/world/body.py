@@ -97,7 +97,7 @@ class Particles:
     """A set of test particles as they start: positions and velocities (N, 3) in the world's frame.
 
     radius: of the sphere that is seen and that collides; contact: what happens at a surface, a Bounce, Absorb or
-    Repulsion, or None to pass through everything.
+    Repulsion, or None to pass through everything. Particles do not touch each other.
     """
 
     positions: np.ndarray

@@ -1,4 +1,4 @@
-"""Print figures: `python -m benchmarks accuracy|fields|motion|render|film [--json]`.
+"""Print figures: `python -m benchmarks accuracy|fields|motion|contact|render|film [--json]`.
 
 Each part is a module with a function `rows()` that yields dicts: name, value, unit, and where a peer is installed peer
 (its name), peer_value and ratio (value / peer_value). A part or a peer that is not there is passed over with a word.
@@ -11,7 +11,7 @@ import sys
 
 import click
 
-PARTS = ("accuracy", "fields", "motion", "render", "film")
+PARTS = ("accuracy", "fields", "motion", "contact", "render", "film")
 KEYS = ("name", "value", "unit", "peer", "peer_value", "ratio")
 
 

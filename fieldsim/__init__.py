@@ -63,7 +63,8 @@ from fieldsim.render.camera import Camera
 from fieldsim.render.image import Renderer, render
 from fieldsim.render.video import Film
 from fieldsim.scenario import Scenario, load
-from fieldsim.world.body import Body, Bounce, Particles
+from fieldsim.world.body import Body, Particles
+from fieldsim.world.contact import Absorb, Bounce, Repulsion, State
 from fieldsim.world.light import Background, DirectionalLight, PointLight
 from fieldsim.world.material import Material
 from fieldsim.world.motion import Keyframes, Pose, Spin, timeline
@@ -71,6 +72,7 @@ from fieldsim.world.rig import Bone, Rig
 from fieldsim.world.world import Snapshot, World
 
 __all__ = [
+    "Absorb",
     "Arc",
     "Auto",
     "Background",
@@ -125,6 +127,7 @@ __all__ = [
     "Quartic",
     "Renderer",
     "Report",
+    "Repulsion",
     "Rig",
     "Scenario",
     "ScenarioError",
@@ -136,6 +139,7 @@ __all__ = [
     "SoftObject",
     "Spin",
     "Splitting",
+    "State",
     "Suzuki4",
     "TaperedSegment",
     "Triangle",

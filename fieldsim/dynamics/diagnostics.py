@@ -10,9 +10,11 @@ import numpy as np
 import warp as wp
 
 from fieldsim import validate
+from fieldsim.dynamics.repulsion import contact_energy
 from fieldsim.dynamics.sources import Sources, field_and_gradient, upload
 from fieldsim.dynamics.work import Work
 from fieldsim.errors import FieldsimWarning, InputError
+from fieldsim.world.contact import State
 from fieldsim.world.motion import Spin
 
 # A drift beyond this share of a particle's energies is no rounding: its steps were too long for what it passed.
@@ -33,12 +35,12 @@ class Energy:
 
 
 def energy(snapshot) -> Energy:
-    """Energies of a snapshot's particles in the gravity of its bodies at that time; potential = -F."""
+    """Energies of a snapshot's particles at that time; potential = -F of gravity, plus that of a `Repulsion`."""
     x, v = _state(snapshot)
     sources = Sources(snapshot.world, "gravity", snapshot.time)
     points = wp.array(x, dtype=wp.vec3d, device="cpu")
     field, _ = field_and_gradient(sources, upload(sources, np.array([snapshot.time]), "cpu"), points)
-    return Energy(0.5 * np.einsum("ij,ij->i", v, v), -field.numpy())
+    return Energy(0.5 * np.einsum("ij,ij->i", v, v), contact_energy(snapshot) - field.numpy())
 
 
 def angular_momentum(snapshot, center=(0.0, 0.0, 0.0)) -> np.ndarray:
@@ -145,7 +147,9 @@ class EnergyLog:
 
     @property
     def _judged(self):
-        return np.concatenate(self._simulation.bounce_counts) == 0
+        """Which particles never touched a surface, nor escaped and were stopped."""
+        escaped = np.concatenate(self._simulation.states) == State.ESCAPED
+        return (np.concatenate(self._simulation.bounce_counts) == 0) & ~escaped
 
     def record(self) -> None:
         """Take the present moment into account."""
@@ -170,7 +174,7 @@ class EnergyLog:
         index = int(np.searchsorted(np.cumsum(sizes), worst, side="right"))
         warnings.warn(
             f"at time {self._simulation.time:g} the {self.invariant} of particle {worst - sum(sizes[:index])} of set "
-            f"{index} has drifted by {drift[worst]:.1e} of its size: the steps are too long for what it passes closely; "
+            f"{index} has drifted by {drift[worst]:.1e} of its size: its steps are too long for what it passes; "
             f"give {self._simulation.integrator} a shorter dt, soften the body's gravity, or use fs.Radau()",
             FieldsimWarning,
             stacklevel=3,

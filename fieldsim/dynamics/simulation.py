@@ -1,6 +1,7 @@
 """Simulations: particles moved through the fields of a world's bodies."""
 
 import functools
+import math
 import warnings
 
 import numpy as np
@@ -8,12 +9,14 @@ import warp as wp
 
 from fieldsim import validate
 from fieldsim.dynamics.auto import Auto, Choice, choose, integrator_of
-from fieldsim.dynamics.sources import Sources, field_and_gradient, upload
+from fieldsim.dynamics.events import Events, balls_of, events_of
+from fieldsim.dynamics.sources import Sources, Stages, field_and_gradient, upload
 from fieldsim.dynamics.state import state_of
-from fieldsim.dynamics.steps import LANES, Balls, contact_kernel, method_of, release_kernel, splitting_kernel
+from fieldsim.dynamics.steps import LANES, contact_kernel, method_of, release_kernel, splitting_kernel
 from fieldsim.dynamics.surfaces import Surfaces
 from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
 from fieldsim.launch import device_named, launch
+from fieldsim.world.contact import State
 from fieldsim.world.motion import pose_at
 from fieldsim.world.world import Snapshot
 
@@ -29,9 +32,12 @@ class Simulation:
     integrator: `Leapfrog()` unless told; "auto" is `Auto()`, in whose place comes its `choice`. time: where it starts.
     device: "cpu" (default), "cuda", ...; threads: CPU threads (all cores unless told). State is float64, with
     compensated summation. The same inputs give the same bytes, whatever the number of threads.
+    log: how many events at surfaces are kept of each particle, the latest (see `events`).
     """
 
-    def __init__(self, world, integrator=None, *, time: float = 0.0, device=None, threads: int | None = None):
+    def __init__(
+        self, world, integrator=None, *, time: float = 0.0, device=None, threads: int | None = None, log: int = 4
+    ):
         self.world = world
         self.time = validate.number("Simulation", "time", time)
         self.device = device_named(device)
@@ -50,8 +56,12 @@ class Simulation:
         self._state = state_of(
             *(np.concatenate([np.zeros((0, 3)), *sets]) for sets in (positions, velocities)), self.device
         )
-        self._bounces = wp.zeros(self._count, dtype=wp.int32, device=self.device)
-        self._surfaces = Surfaces(world, self.time) if any(p.contact for p in world.particles) else ()
+        self._surfaces = Surfaces(world, self.time) if any(p.contact for p in world.particles) else None
+        grain = self._surfaces.grain if self._surfaces else math.inf
+        # Whether anything can happen to a particle but free motion.
+        self._eventful = bool(self._surfaces) or world.escape_radius is not None
+        kept = self._kept(log) if self._eventful else 0
+        self._balls = balls_of(world.particles, world.escape_radius, grain, kept, self.device)
         if self._surfaces:
             self._release()
         self._still = upload(self._gravity, np.array([self.time]), self.device)
@@ -62,17 +72,11 @@ class Simulation:
         """Number of particles."""
         return len(self._state.x)
 
-    @functools.cached_property
-    def _balls(self):
-        """The particles as contact sees them."""
-        sets = self.world.particles
-        balls = Balls()
-        radii = np.repeat([p.radius for p in sets], self._sizes)
-        restitutions = np.repeat([p.contact.restitution if p.contact else -1.0 for p in sets], self._sizes)
-        balls.radii = wp.array(radii, dtype=wp.float64, device=self.device)
-        balls.restitutions = wp.array(restitutions, dtype=wp.float64, device=self.device)
-        balls.grain = self._surfaces.grain
-        return balls
+    @staticmethod
+    def _kept(log):
+        if not isinstance(log, int) or isinstance(log, bool) or log < 1:
+            raise InputError(f"Simulation: log is {log!r}; give a whole number of events per particle, at least 1")
+        return log
 
     def _release(self):
         """Particles that start inside a surface are moved out of it, with a warning."""
@@ -112,9 +116,11 @@ class Simulation:
             raise InputError(f"Simulation.advance: until is {until:g}, before the present time {self.time:g}")
         count, dt = self.integrator.steps(until - self.time)
         start = self.time
+        self._balls.begin = start
         if self._count:
             for first in range(0, count, self._steps_per_launch):
                 steps = np.arange(first, min(first + self._steps_per_launch, count))
+                self._balls.first = first
                 self._leap(steps, start, dt)
                 self.time = start + dt * float(steps[-1] + 1)
         self.time = until
@@ -146,15 +152,16 @@ class Simulation:
         method = method_of(integrator, dt, self.device)
         gravity = self._gravity_at(start + dt * moments(steps, integrator.nodes))
         options = {"device": self.device, "threads": self.threads}
-        if self._surfaces:
+        if self._eventful:
             parts = np.linspace(0.0, 1.0, integrator.evaluations + 1)
             times = start + dt * moments(steps, parts)
             near = gravity if np.array_equal(parts, integrator.nodes) else self._gravity_at(times)
-            surfaces = self._surfaces.upload(times, self.device)
-            kinds = self._gravity.kinds_used, self._surfaces.sources.kinds_used
-            kernel = contact_kernel(*kinds, any(integrator.gradients))
+            kinds, surfaces = ((), ()), Stages()
+            if self._surfaces:
+                kinds, surfaces = self._surfaces.sources.kinds_used, self._surfaces.upload(times, self.device)
+            kernel = contact_kernel(self._gravity.kinds_used, kinds, any(integrator.gradients))
             inputs = [len(steps), wp.float64(dt), method, gravity, near, surfaces, self._balls]
-            launch(kernel, self._count, inputs, [self._state, self._bounces], grain=16, **options)
+            launch(kernel, self._count, inputs, [self._state], grain=16, **options)
         else:
             together = not self.device.is_cuda
             kernel = splitting_kernel(self._gravity.kinds_used, any(integrator.gradients), together)
@@ -173,12 +180,32 @@ class Simulation:
     @property
     def bounces(self) -> int:
         """Number of contacts made so far by all particles: bounces and landings."""
-        return int(self._bounces.numpy().sum())
+        return int(self._balls.bounces.numpy().sum())
 
     @property
     def bounce_counts(self) -> list[np.ndarray]:
         """Contacts made so far, (N,) int32 per set of particles."""
-        return self._sets(self._bounces)
+        return self._sets(self._balls.bounces)
+
+    @property
+    def states(self) -> list[np.ndarray]:
+        """What each particle does, (N,) int32 of `State` per set of particles."""
+        return self._sets(self._balls.states)
+
+    @property
+    def spins(self) -> list[np.ndarray]:
+        """Angular velocities of particles that roll, world frame, (N, 3) per set of particles."""
+        return self._sets(self._balls.spins)
+
+    def census(self) -> dict[str, int]:
+        """How many particles are moving, resting, absorbed and escaped; together, all of them."""
+        counts = np.bincount(self._balls.states.numpy(), minlength=len(State))
+        return {state.name.lower(): int(counts[state]) for state in State}
+
+    @property
+    def events(self) -> Events:
+        """What happened to the particles at surfaces so far: the latest `log` events of each."""
+        return events_of(self._balls)
 
     def snapshot(self) -> Snapshot:
         """The present moment."""

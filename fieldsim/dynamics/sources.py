@@ -75,6 +75,15 @@ class Sources:
         ]
         return np.concatenate(parts, axis=1) if parts else np.zeros((len(times), 0, cells.WIDTH))
 
+    def poses_at(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Rotations (stages, elements, 3, 3) and positions (stages, elements, 3) of the changing elements' bodies."""
+        rotations, positions = [np.zeros((len(times), 0, 3, 3))], [np.zeros((len(times), 0, 3))]
+        for (_, body), shape in zip(self._changing, self._shapes, strict=True):
+            turned, moved = _poses(body.motion, times)
+            rotations.append(np.repeat(turned[:, None], len(shape), axis=1))
+            positions.append(np.repeat(moved[:, None], len(shape), axis=1))
+        return np.concatenate(rotations, axis=1), np.concatenate(positions, axis=1)
+
     def _placed(self, body, time):
         local = self._elements(body, time)
         pose = pose_at(body.motion, time)

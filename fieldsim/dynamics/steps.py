@@ -10,6 +10,7 @@ import functools
 import numpy as np
 import warp as wp
 
+from fieldsim.dynamics.balls import ABSORBED, ESCAPED, GONE, MOVING, NOTHING, Balls, ball_of, note, time_of, touches
 from fieldsim.dynamics.contact import contact_step
 from fieldsim.dynamics.encounter import Motion
 from fieldsim.dynamics.sources import Stages, field_at, hessian_at
@@ -20,18 +21,6 @@ from fieldsim.dynamics.touch import TOUCHING, Moment, push_out, touch_at
 # Particles that a CPU thread moves together, and one vector of each.
 LANES = 8
 Group = wp.types.matrix((LANES, 3), wp.float64)
-
-
-@wp.struct
-class Balls:
-    """Particles as contact sees them: radii (N,), restitutions (N,), negative for those that touch nothing.
-
-    grain: the length over which the surfaces' fields vary little.
-    """
-
-    radii: wp.array(dtype=wp.float64)
-    restitutions: wp.array(dtype=wp.float64)
-    grain: wp.float64
 
 
 @wp.struct
@@ -236,17 +225,19 @@ def _grouped_kernel(kinds_used, gradients):
 
 @functools.cache
 def contact_kernel(gravity_kinds, surface_kinds, gradients: bool):
-    """`splitting_kernel` for worlds with surfaces: particles of restitution >= 0 bounce, the others pass through.
+    """`splitting_kernel` for worlds with contact laws, or an escape radius.
 
     A step that may come near a surface is taken as leapfrog steps, one per evaluation of the method, which are cut at
-    contacts; gravity_near and surfaces have their stages at those steps' ends. bounces (N,) counts each particle's
-    contacts.
+    contacts; gravity_near and surfaces have their stages at those steps' ends.
     """
     field = field_at(gravity_kinds)
     advance = advance_of(gravity_kinds, gradients)
     margin = margin_at(surface_kinds)
     sweep = sweep_at(surface_kinds)
     near = contact_step(gravity_kinds, surface_kinds)
+    # In a world that stands still a step that changes nothing would change nothing ever after.
+    still = wp.constant(wp.int32(0 if gravity_kinds[1] or surface_kinds[1] else 1))
+    ground_still = wp.constant(wp.int32(0 if surface_kinds[1] else 1))
 
     @wp.kernel(module="unique", enable_backward=False)
     def colliding(
@@ -259,18 +250,23 @@ def contact_kernel(gravity_kinds, surface_kinds, gradients: bool):
         surfaces: Stages,
         balls: Balls,
         state: State,
-        bounces: wp.array(dtype=wp.int32),
     ):
         i = start + wp.tid()
+        ball = ball_of(balls, i)
         p = particle_at(state, i)
-        radius = balls.radii[i]
+        m = Motion()
+        m.spin = balls.spins[i]
+        m.state = balls.states[i]
         hits = wp.int32(0)
         parts = method.evaluations
+        short = dt / wp.float64(parts)
         # How far the particle may still travel before it could touch anything.
         room = wp.float64(-1.0)
-        if balls.restitutions[i] < wp.float64(0.0):
+        if ball.law == NOTHING:
             room = wp.float64(wp.inf)
         for step in range(steps):
+            if m.state == ESCAPED or (m.state == ABSORBED and ground_still == 1):
+                break
             q = p
             # No point of the path is farther from its start than the drifts add up to, and what the kicks may bend.
             travel = wp.float64(0.0)
@@ -281,34 +277,42 @@ def contact_kernel(gravity_kinds, surface_kinds, gradients: bool):
             for k in range(parts):
                 travel = travel + sweep(surfaces, step * parts + k)
             room = room - travel
+            if room < wp.float64(0.0) and touches(ball.law):
+                room = margin(p.x, surfaces, step * parts) - ball.radius - travel
             if room < wp.float64(0.0):
-                room = margin(p.x, surfaces, step * parts) - radius - travel
-            if room < wp.float64(0.0):
-                m = Motion()
                 m.x = p.x
                 m.v = p.v
                 m.a = p.a
                 if method.opening == wp.float64(0.0):
                     _f, g = field(p.x, gravity_near, step * parts)
                     m.a = g
+                last = m
+                begun = hits
                 for k in range(parts):
-                    m.t = wp.float64(0.0)
-                    m, found = near(
-                        m,
-                        radius,
-                        balls.restitutions[i],
-                        balls.grain,
-                        gravity_near,
-                        surfaces,
-                        step * parts + k,
-                        dt / wp.float64(parts),
-                    )
+                    time = time_of(balls, step, dt) + wp.float64(k) * short
+                    m, found = near(m, step * parts + k, time, ball, balls, gravity_near, surfaces, short)
                     hits += found
                 p = Particle(m.x, m.v, wp.vec3d(), wp.vec3d(), m.a)
+                if (
+                    still == 1
+                    and hits == begun
+                    and m.x == last.x
+                    and m.v == last.v
+                    and m.a == last.a
+                    and m.spin == last.spin
+                ):
+                    break
             else:
+                m.state = MOVING
+                m.known = wp.int32(0)
                 p = q
+            if wp.dot(p.x, p.x) > balls.escape2:
+                m.state = ESCAPED
+                note(balls, i, time_of(balls, step + 1, dt), GONE, p.x, wp.vec3d())
         put(state, i, p)
-        bounces[i] = bounces[i] + hits
+        balls.spins[i] = m.spin
+        balls.states[i] = m.state
+        balls.bounces[i] = balls.bounces[i] + hits
 
     return colliding
 
@@ -334,7 +338,7 @@ def release_kernel(surface_kinds):
         moment = Moment()
         moment.dt = wp.float64(1.0)
         inside[i] = 0
-        if balls.restitutions[i] >= wp.float64(0.0) and margin(x, surfaces, 0) < radius:
+        if touches(balls.laws[i]) and margin(x, surfaces, 0) < radius:
             touch = touch_of(x, radius, surfaces, moment, wp.float64(0.0))
             if touch.gap > TOUCHING:
                 inside[i] = 1

@@ -11,6 +11,7 @@ from fieldsim.potentials import cells
 from fieldsim.potentials.field import Field, gravity, skeleton
 from fieldsim.potentials.kernels import Kernel
 from fieldsim.potentials.primitive import Primitive
+from fieldsim.world.contact import LAWS, Absorb, Bounce, Repulsion
 from fieldsim.world.material import Material, color_rgb
 from fieldsim.world.motion import IDENTITY, pose_at
 
@@ -105,29 +106,18 @@ class Body:
         return cells.pack(primitives, [material.surface_kernel] * len(primitives), strengths, folds)
 
 
-@dataclasses.dataclass(frozen=True)
-class Bounce:
-    """Contact law: on reaching a surface the normal velocity is reversed and multiplied by `restitution` (0..1)."""
-
-    restitution: float = 0.6
-
-    def __post_init__(self):
-        value = validate.number("Bounce", "restitution", self.restitution, at_least=0.0)
-        if value > 1.0:
-            raise InputError(f"Bounce: restitution is {value:g}; give a number in 0..1 (1 keeps the energy)")
-
-
 @dataclasses.dataclass(frozen=True, eq=False)
 class Particles:
     """A set of test particles as they start: positions and velocities (N, 3) in the world's frame.
 
-    radius: of the sphere that is seen and that collides; contact: a Bounce, or None to pass through everything.
+    radius: of the sphere that is seen and that collides; contact: what happens at a surface, a Bounce, Absorb or
+    Repulsion, or None to pass through everything. Particles do not touch each other.
     """
 
     positions: np.ndarray
     velocities: np.ndarray
     radius: float = 0.02
-    contact: Bounce | None = None
+    contact: Bounce | Absorb | Repulsion | None = None
     color: object = "bone"
     name: str = ""
 
@@ -142,8 +132,11 @@ class Particles:
         object.__setattr__(self, "positions", positions.copy())
         object.__setattr__(self, "velocities", velocities.copy())
         object.__setattr__(self, "radius", validate.number("Particles", "radius", self.radius, above=0.0))
-        if self.contact is not None and not isinstance(self.contact, Bounce):
-            raise InputError(f"Particles: contact is {self.contact!r}; give fs.Bounce(restitution) or None")
+        if self.contact is not None and not isinstance(self.contact, LAWS):
+            raise InputError(
+                f"Particles: contact is {self.contact!r}; give fs.Bounce(restitution, friction), fs.Absorb(), "
+                "fs.Repulsion(stiffness) or None"
+            )
         color_rgb("Particles", self.color)
 
     def __len__(self) -> int:

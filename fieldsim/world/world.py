@@ -5,6 +5,7 @@ import functools
 
 import numpy as np
 
+from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.potentials import cells
 from fieldsim.world.body import Body, Particles
@@ -14,13 +15,21 @@ from fieldsim.world.motion import Pose, pose_at
 
 
 class World:
-    """What there is. Plain values: physics and pictures read them."""
+    """What there is. Plain values: physics and pictures read them.
 
-    def __init__(self, *, lights=DEFAULT_LIGHTS, background: Background | None = None):
+    escape_radius: a particle farther than this from the origin has escaped: it stays where it is. None: none ever does.
+    """
+
+    def __init__(
+        self, *, lights=DEFAULT_LIGHTS, background: Background | None = None, escape_radius: float | None = None
+    ):
         self.bodies: list[Body] = []
         self.particles: list[Particles] = []
         self.lights = tuple(lights)
         self.background = background or Background()
+        if escape_radius is not None:
+            escape_radius = validate.number("World", "escape_radius", escape_radius, above=0.0)
+        self.escape_radius = escape_radius
         for index, light in enumerate(self.lights):
             if not isinstance(light, Light):
                 raise InputError(f"World: lights[{index}] is {light!r}; give fs.PointLight or fs.DirectionalLight")

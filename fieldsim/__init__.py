@@ -15,6 +15,7 @@ from fieldsim.dynamics.diagnostics import (
     jacobi,
 )
 from fieldsim.dynamics.integrators import Leapfrog
+from fieldsim.dynamics.radau import Radau
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.errors import (
     DeviceError,
@@ -87,6 +88,7 @@ __all__ = [
     "ProfiledArc",
     "ProfiledSegment",
     "Quartic",
+    "Radau",
     "Renderer",
     "Report",
     "Scenario",

@@ -8,6 +8,7 @@ import warp as wp
 
 from fieldsim import validate
 from fieldsim.dynamics.integrators import Leapfrog
+from fieldsim.dynamics.radau import Radau, RadauRun
 from fieldsim.dynamics.sources import Sources, field_and_gradient, upload
 from fieldsim.dynamics.steps import Balls, contact_kernel, leapfrog_kernel, release_kernel
 from fieldsim.dynamics.surfaces import Surfaces
@@ -32,12 +33,12 @@ class Simulation:
     def __init__(self, world, integrator=None, *, time: float = 0.0, device=None, threads: int | None = None):
         self.world = world
         self.integrator = Leapfrog() if integrator is None else integrator
-        if not isinstance(self.integrator, Leapfrog):
-            raise InputError(f"Simulation: integrator is {integrator!r}; give fs.Leapfrog(dt)")
+        if not isinstance(self.integrator, (Leapfrog, Radau)):
+            raise InputError(f"Simulation: integrator is {integrator!r}; give fs.Leapfrog(dt) or fs.Radau()")
         self.time = validate.number("Simulation", "time", time)
         self.device = device_named(device)
         self.threads = threads
-        self.steps_done = 0
+        self._steps_done = 0
         self._gravity = Sources(world, "gravity", self.time)
         self._sizes = [len(particles) for particles in world.particles]
         self._x = self._upload([particles.positions for particles in world.particles])
@@ -46,6 +47,9 @@ class Simulation:
         self._surfaces = Surfaces(world, self.time) if any(p.contact for p in world.particles) else ()
         if self._surfaces:
             self._release()
+        self.radau = None
+        if isinstance(self.integrator, Radau):
+            self.radau = RadauRun(self.integrator, world, self._gravity, self._x, self._v, self.time, threads=threads)
         self._still = upload(self._gravity, np.array([self.time]), self.device)
         _, self._a = field_and_gradient(self._gravity, self._still, self._x, threads=threads)
 
@@ -101,6 +105,21 @@ class Simulation:
         until = validate.number("Simulation.advance", "until", until)
         if until < self.time:
             raise InputError(f"Simulation.advance: until is {until:g}, before the present time {self.time:g}")
+        if self.radau:
+            self.radau.advance(until)
+            self._x, self._v = self.radau.read(np.full(len(self._x), until))
+        else:
+            self._march(until)
+        self.time = until
+        self._refuse_nonsense()
+
+    @property
+    def steps_done(self) -> int:
+        """Particle-steps taken so far."""
+        return self.radau.steps if self.radau else self._steps_done
+
+    def _march(self, until):
+        """Equal steps to the time `until`."""
         count, dt = self.integrator.steps(until - self.time)
         start = self.time
         if len(self._x):
@@ -108,8 +127,6 @@ class Simulation:
                 stages = np.arange(first, min(first + self._steps_per_launch, count) + 1)
                 self._leap(start + dt * stages, dt)
                 self.time = start + dt * float(stages[-1])
-        self.time = until
-        self._refuse_nonsense()
 
     def _refuse_nonsense(self):
         for index, (x, v) in enumerate(zip(self.positions, self.velocities, strict=True)):
@@ -140,7 +157,7 @@ class Simulation:
             kernel = leapfrog_kernel(self._gravity.kinds_used)
             inputs = [steps, wp.float64(dt), gravity]
         launch(kernel, len(self._x), inputs, state, device=self.device, grain=16, threads=self.threads)
-        self.steps_done += steps * len(self._x)
+        self._steps_done += steps * len(self._x)
 
     @property
     def bounces(self) -> int:

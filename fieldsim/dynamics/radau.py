@@ -71,13 +71,13 @@ class RadauRun:
         self._flights = self._start(positions, velocities, time)
         self._running = wp.zeros(self._count, dtype=wp.int32, device=self._device)
         self._leg = self._plan(radau, world, time)
-        self._gravity = None
+        self._tables = None
 
     def _start(self, positions, velocities, time):
         flights = Flights()
         flights.x, flights.v = wp.clone(positions), wp.clone(velocities)
         kinds = {
-            wp.vec3d: ("x_rest", "v_rest", "x0", "v0", "a0"),
+            wp.vec3d: ("x_rest", "v_rest", "x0", "v0", "x0_rest", "v0_rest", "a0"),
             wp.float64: ("t_rest", "t0_rest", "h", "plan"),
             Series: ("b", "miss"),
             wp.int32: ("lost",),
@@ -143,8 +143,21 @@ class RadauRun:
         """The same as Warp arrays (N,) of vec3d; times (N,)."""
         times = wp.array(np.ascontiguousarray(times), dtype=wp.float64, device=self._device)
         x, v = (wp.empty(self._count, dtype=wp.vec3d, device=self._device) for _ in range(2))
-        launch(dense_kernel, self._count, [self._flights, times], [x, v], device=self._device, threads=self._threads)
+        kernel = dense_kernel(self._sources.kinds_used)
+        for first, count in self._batches():
+            inputs = [first, self._flights, self._gravity(), self._windows.window, times]
+            launch(kernel, count, inputs, [x, v], device=self._device, grain=16, threads=self._threads)
         return x, v
+
+    def _fly(self):
+        """Launches for all particles; whether some particle has to go on."""
+        kernel = radau_kernel(self._sources.kinds_used)
+        for first, count in self._batches():
+            self._leg.first = first
+            inputs = [self._leg, self._gravity(), self._windows.window]
+            outputs = [self._flights, self._running]
+            launch(kernel, count, inputs, outputs, device=self._device, grain=1, threads=self._threads)
+        return bool(self._running.numpy().any())
 
     @property
     def _batch(self):
@@ -152,24 +165,17 @@ class RadauRun:
         rows = STAGES * len(self._sources.moving_kinds)
         return min(self._count, max(1, SCRATCH_ROWS // rows)) if rows else self._count
 
-    def _fly(self):
-        """One launch; whether some particle has to go on."""
-        if self._gravity is None:
-            self._gravity = self._tables()
-        inputs = [self._leg, self._gravity, self._windows.window]
-        kernel = radau_kernel(self._sources.kinds_used)
-        for first in range(0, self._count, max(1, self._batch)):
-            self._leg.first = first
-            count = min(self._batch, self._count - first)
-            outputs = [self._flights, self._running]
-            launch(kernel, count, inputs, outputs, device=self._device, grain=1, threads=self._threads)
-        return bool(self._running.numpy().any())
+    def _batches(self):
+        """First particle and number of particles of each launch."""
+        return [(first, min(self._batch, self._count - first)) for first in range(0, self._count, max(1, self._batch))]
 
     def _next_window(self):
         self._windows.advance()
-        self._gravity = None
+        self._tables = None
 
-    def _tables(self):
+    def _gravity(self):
         """Rows that stay, and room for those that kernels put in place."""
-        fixed = self._sources.fixed.rows
-        return tables(self._sources, fixed, np.tile(self._windows.rows, (STAGES * self._batch, 1, 1)), self._device)
+        if self._tables is None:
+            rows = np.tile(self._windows.rows, (STAGES * self._batch, 1, 1))
+            self._tables = tables(self._sources, self._sources.fixed.rows, rows, self._device)
+        return self._tables

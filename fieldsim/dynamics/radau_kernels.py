@@ -8,17 +8,16 @@ from fieldsim.dynamics.radau_step import (
     CHANGE,
     EXTRAPOLATION,
     NODES,
-    OFFSET_END,
-    SPEED_END,
     STAGES,
     added,
-    along,
     continued,
     in_newton_form,
     in_powers,
     lengthening,
     node_offsets,
     settled_path,
+    shortened,
+    travelled,
 )
 from fieldsim.dynamics.radau_tables import ORDER, Series
 from fieldsim.dynamics.radau_windows import Window, place_rows
@@ -50,6 +49,8 @@ class Flights:
     t_rest: wp.array(dtype=wp.float64)
     x0: wp.array(dtype=wp.vec3d)
     v0: wp.array(dtype=wp.vec3d)
+    x0_rest: wp.array(dtype=wp.vec3d)
+    v0_rest: wp.array(dtype=wp.vec3d)
     a0: wp.array(dtype=wp.vec3d)
     t0: wp.array(dtype=wp.float64)
     t0_rest: wp.array(dtype=wp.float64)
@@ -135,6 +136,8 @@ def radau_kernel(kinds_used):
         t_rest = flights.t_rest[i]
         x0 = flights.x0[i]
         v0 = flights.v0[i]
+        x0_rest = flights.x0_rest[i]
+        v0_rest = flights.v0_rest[i]
         a0 = flights.a0[i]
         t0 = flights.t0[i]
         t0_rest = flights.t0_rest[i]
@@ -164,7 +167,7 @@ def radau_kernel(kinds_used):
                 expected = continued(b, h / last) + miss
             g = in_newton_form(expected)
             d = node_offsets(v, x_rest, a, g, h)
-            g, good, sweeps = settled(x, a, d, g, h, gravity, stage)
+            g, pull, good, sweeps = settled(x, a, d, g, h, gravity, stage)
             evaluations += ORDER * sweeps
             b_new = in_powers(g)
             noise = ROUNDING * (leg.extent + wp.length(x)) / (h * h)
@@ -176,18 +179,17 @@ def radau_kernel(kinds_used):
                 a0 = a
                 t0 = t
                 t0_rest = t_rest
+                x0_rest = x_rest
+                v0_rest = v_rest
                 last = h
                 b = b_new
                 miss = Series()
                 if known:
                     miss = b - expected
-                dx = wp.float64(0.5) * a
-                dv = a
-                for k in range(ORDER):
-                    dx = dx + OFFSET_END[k] * g[k]
-                    dv = dv + SPEED_END[k] * g[k]
-                x, x_rest = added(x, x_rest, h * v + (h * h) * dx)
-                v, v_rest = added(v, v_rest, h * dv)
+                dx, dv = travelled(v, v_rest, a, pull, h)
+                x, x_rest = added(x, x_rest, h * v)
+                x, x_rest = added(x, x_rest, dx)
+                v, v_rest = added(v, v_rest, dv)
                 t, t_rest = added(t, t_rest, h)
                 if h == left:
                     t = window.end
@@ -208,6 +210,8 @@ def radau_kernel(kinds_used):
         flights.t_rest[i] = t_rest
         flights.x0[i] = x0
         flights.v0[i] = v0
+        flights.x0_rest[i] = x0_rest
+        flights.v0_rest[i] = v0_rest
         flights.a0[i] = a0
         flights.t0[i] = t0
         flights.t0_rest[i] = t0_rest
@@ -223,24 +227,50 @@ def radau_kernel(kinds_used):
     return radau
 
 
-@wp.kernel(module="unique", enable_backward=False)
-def dense_kernel(
-    start: int,
-    flights: Flights,
-    times: wp.array(dtype=wp.float64),
-    positions: wp.array(dtype=wp.vec3d),
-    velocities: wp.array(dtype=wp.vec3d),
-):
-    """Positions and velocities at `times` (N,) within each particle's last step; NaN for those lost."""
-    i = start + wp.tid()
-    x = flights.x[i]
-    v = flights.v[i]
-    h = flights.h[i]
-    if h > wp.float64(0.0) and times[i] != flights.t[i]:
-        s = ((times[i] - flights.t0[i]) - flights.t0_rest[i]) / h
-        x, v = along(flights.x0[i], flights.v0[i], flights.a0[i], flights.b[i], h, s)
-    if flights.lost[i] == 1:
-        x = wp.float64(wp.nan) * x
-        v = wp.float64(wp.nan) * v
-    positions[i] = x
-    velocities[i] = v
+@functools.cache
+def dense_kernel(kinds_used):
+    """Kernel (first, flights, gravity, window, times; positions, velocities): a moment within each one's last step.
+
+    The step is taken once more, only as far as that moment: the polynomial's own error in between is larger than at the
+    end by far. NaN for those lost.
+    """
+    settled = settled_path(kinds_used)
+    place = place_rows(kinds_used)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def dense(
+        start: int,
+        first: int,
+        flights: Flights,
+        gravity: Stages,
+        window: Window,
+        times: wp.array(dtype=wp.float64),
+        positions: wp.array(dtype=wp.vec3d),
+        velocities: wp.array(dtype=wp.vec3d),
+    ):
+        stage = (start + wp.tid()) * STAGES
+        i = first + start + wp.tid()
+        x = flights.x[i]
+        v = flights.v[i]
+        if flights.h[i] > wp.float64(0.0) and times[i] != flights.t[i]:
+            t = flights.t0[i]
+            h = (times[i] - t) - flights.t0_rest[i]
+            for n in range(ORDER):
+                place(gravity, window, stage + n + 1, t, flights.t0_rest[i] + NODES[n] * h)
+            x = flights.x0[i]
+            v = flights.v0[i]
+            a = flights.a0[i]
+            g = in_newton_form(shortened(flights.b[i], h / flights.h[i]))
+            d = node_offsets(v, flights.x0_rest[i], a, g, h)
+            _g, pull, _good, _sweeps = settled(x, a, d, g, h, gravity, stage)
+            dx, dv = travelled(v, flights.v0_rest[i], a, pull, h)
+            x, rest = added(x, flights.x0_rest[i], h * v)
+            x = x + (rest + dx)
+            v = v + (flights.v0_rest[i] + dv)
+        if flights.lost[i] == 1:
+            x = wp.float64(wp.nan) * x
+            v = wp.float64(wp.nan) * v
+        positions[i] = x
+        velocities[i] = v
+
+    return dense

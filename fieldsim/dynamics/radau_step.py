@@ -17,13 +17,14 @@ from fieldsim.dynamics.sources import Stages, field_at
 SWEEPS = wp.constant(12)
 STAGES = wp.constant(ORDER + 1)
 # A sweep is the last where the next would change the path's end by less than this part of h^2 a.
-SETTLED = wp.constant(wp.float64(1e-16))
+SETTLED = wp.constant(wp.float64(1e-18))
 # Without settling so far, the step is too long; with it, what is left is the rounding of the field.
 UNSETTLED = wp.constant(wp.float64(1e-6))
 # A step may be so many times longer than the one before, or shorter by as much without being taken again.
 CHANGE = wp.constant(wp.float64(4.0))
 # The last step's polynomial is of no use for one so many times longer.
 EXTRAPOLATION = wp.constant(wp.float64(20.0))
+TINY = wp.constant(wp.float64(1e-300))
 
 _Matrix = wp.types.matrix(shape=(ORDER, ORDER), dtype=wp.float64)
 _Vector = wp.types.vector(length=ORDER, dtype=wp.float64)
@@ -38,12 +39,11 @@ BACK = _matrix(tables.BACK)
 DIVIDE = _matrix(tables.DIVIDE)
 OFFSETS = _matrix(tables.OFFSETS)
 BINOMIALS = _matrix(tables.BINOMIALS)
-OFFSET_END = wp.constant(_Vector(*tables.OFFSET_END))
-SPEED_END = wp.constant(_Vector(*tables.SPEED_END))
+SPEED = wp.constant(_Vector(*tables.SPEED))
+SPEED_REST = wp.constant(_Vector(*tables.SPEED_REST))
+WAY = wp.constant(_Vector(*tables.WAY))
 NODES = wp.constant(_Vector(*tables.STEP_NODES))
-# b_k s^(k+1) integrated once and twice, and differentiated at s = 1 once, twice and three times.
-ONCE = wp.constant(_Vector(*(1.0 / (k + 2) for k in range(ORDER))))
-TWICE = wp.constant(_Vector(*(1.0 / ((k + 2) * (k + 3)) for k in range(ORDER))))
+# s^(k+1) differentiated at s = 1 once, twice and three times.
 FIRST = wp.constant(_Vector(*(float(k + 1) for k in range(ORDER))))
 SECOND = wp.constant(_Vector(*(float((k + 1) * k) for k in range(ORDER))))
 THIRD = wp.constant(_Vector(*(float((k + 1) * k * (k - 1)) for k in range(ORDER))))
@@ -68,6 +68,22 @@ def added(x: wp.float64, rest: wp.float64, change: wp.float64):  # noqa: F811 - 
 
 
 @wp.func
+def halves(x: wp.float64):
+    """x as a sum of two numbers of half its digits (Veltkamp)."""
+    c = wp.float64(134217729.0) * x
+    high = c - (c - x)
+    return high, x - high
+
+
+@wp.func
+def product_rest(h: wp.float64, v: wp.float64):
+    """h v less its rounded value (Dekker)."""
+    h1, h2 = halves(h)
+    v1, v2 = halves(v)
+    return ((h1 * v1 - h * v) + h1 * v2 + h2 * v1) + h2 * v2
+
+
+@wp.func
 def continued(b: Series, q: wp.float64):
     """The powers of the last step's polynomial on the next step, q times as long."""
     result = Series()
@@ -79,6 +95,16 @@ def continued(b: Series, q: wp.float64):
             u = u + BINOMIALS[k, j] * b[j]
         result[k] = factor * u
     return result
+
+
+@wp.func
+def shortened(b: Series, q: wp.float64):
+    """The powers of the same polynomial on the first part q of its step."""
+    factor = wp.float64(1.0)
+    for k in range(ORDER):
+        factor = factor * q
+        b[k] = factor * b[k]
+    return b
 
 
 @wp.func
@@ -125,9 +151,9 @@ def largest(v: wp.vec3d):
 
 @functools.cache
 def settled_path(kinds_used):
-    """Warp function (x, a0, d, g, h, gravity, stage) -> (g, whether it settled, sweeps).
+    """Warp function (x, a0, d, g, h, gravity, stage) -> (g, pull, whether it settled, sweeps).
 
-    d: the nodes' offsets that belong to the guess g. stage: that of the step's start; those of the nodes follow it.
+    pull: accelerations at the nodes, less a0. d: the nodes' offsets that belong to the guess g. stage: that of the step's start; those of the nodes follow it.
     """
     field = field_at(kinds_used)
 
@@ -137,8 +163,8 @@ def settled_path(kinds_used):
         sweeps = wp.int32(0)
         last = wp.float64(wp.inf)
         good = wp.int32(0)
+        pull = Series()
         for sweep in range(SWEEPS + 0 * stage):
-            pull = Series()
             for n in range(ORDER):
                 _f, a = field(x + d[n], gravity, stage + n + 1)
                 pull[n] = a - a0
@@ -167,18 +193,18 @@ def settled_path(kinds_used):
                 good = wp.int32(1)
                 break
             last = error
-        return g, good, sweeps
+        return g, pull, good, sweeps
 
     return settled
 
 
 @wp.func
 def lengthening(a0: wp.vec3d, b: Series, noise: wp.float64):
-    """The time in which the acceleration changes, in steps, from its derivatives at the step's end.
+    """The time in which the acceleration changes, in steps, from its derivatives a, j, s, c at the step's end.
 
-    tau^2 = (|a| |a''| + |a'|^2) / (|a'| |a'''| + |a''|^2), of the kind that Pham, Rein & Spiegel 2024 use; theirs
-    divides |a|^2 by (|a'|^2 + |a| |a''|), and so vanishes where the acceleration passes zero, as in a hole of a ring.
-    noise: accelerations too small to move anything by a rounding error.
+    The longer of two: 2 a^2 / (j^2 + a s) of Pham, Rein & Spiegel 2024 (eq. 16), which vanishes where the acceleration
+    passes zero, as in a ring's hole, so that steps would never get there; and Aarseth's (a s + j^2) / (j c + s^2),
+    which does not. Both are squares of times. noise: accelerations too small to move anything by a rounding error.
     """
     a = a0
     first = wp.vec3d()
@@ -189,23 +215,27 @@ def lengthening(a0: wp.vec3d, b: Series, noise: wp.float64):
         first = first + FIRST[k] * b[k]
         second = second + SECOND[k] * b[k]
         third = third + THIRD[k] * b[k]
+    force = wp.length(a)
     jerk = wp.length(first)
     snap = wp.length(second)
-    above = wp.length(a) * snap + jerk * jerk + noise * noise
-    below = jerk * wp.length(third) + snap * snap
-    # A NaN compares as false, and stays one.
-    return wp.where(below == wp.float64(0.0), wp.float64(wp.inf), wp.sqrt(above / below))
+    by_force = wp.float64(2.0) * force * force / wp.max(jerk * jerk + force * snap, TINY)
+    by_jerk = (force * snap + jerk * jerk + noise * noise) / wp.max(jerk * wp.length(third) + snap * snap, TINY)
+    return wp.sqrt(wp.max(by_force, by_jerk))
 
 
 @wp.func
-def along(x: wp.vec3d, v: wp.vec3d, a0: wp.vec3d, b: Series, h: wp.float64, s: wp.float64):
-    """Position and velocity at the fraction s of a step: its dense output."""
-    dx = TWICE[ORDER - 1] * b[ORDER - 1]
-    dv = ONCE[ORDER - 1] * b[ORDER - 1]
-    for k in range(1, ORDER):
-        dx = s * dx + TWICE[ORDER - 1 - k] * b[ORDER - 1 - k]
-        dv = s * dv + ONCE[ORDER - 1 - k] * b[ORDER - 1 - k]
-    t = s * h
-    dx = s * dx + wp.float64(0.5) * a0
-    dv = s * dv + a0
-    return x + t * (v + t * dx), v + t * dv
+def travelled(v: wp.vec3d, v_rest: wp.vec3d, a0: wp.vec3d, pull: Series, h: wp.float64):
+    """How far a step of length h leads beside the rounded h v, and the change of velocity.
+
+    pull: accelerations at the nodes less a0. The weights carry their rounding errors: these would pull one way at each
+    step, and show after a thousand orbits.
+    """
+    dx = wp.float64(0.5) * a0
+    dv = wp.vec3d()
+    for k in range(ORDER):
+        dx = dx + WAY[k] * pull[k]
+        dv = dv + SPEED_REST[k] * pull[k]
+    for k in range(ORDER):
+        dv = dv + SPEED[k] * pull[k]
+    rounding = wp.vec3d(product_rest(h, v[0]), product_rest(h, v[1]), product_rest(h, v[2]))
+    return h * (h * dx + v_rest) + rounding, h * (a0 + dv)

@@ -14,9 +14,10 @@ import numpy as np
 import warp as wp
 
 ORDER = 7
-# The Gauss-Radau nodes: zeros of (P_7 + P_8)(2 s - 1), P the Legendre polynomials.
+# The Gauss-Radau nodes: zeros of (P_7 + P_8)(2 s - 1), P the Legendre polynomials. They are rounded here, and all else
+# is computed for the rounded ones, as the smallest constant errors add up over millions of steps.
 NODES = tuple(
-    Fraction(digits)
+    Fraction(float(digits))
     for digits in (
         "0",
         "0.056262560536922146465652191032311",
@@ -55,9 +56,6 @@ POWERS = _matrix(_NEWTON)
 DIVIDE = _matrix([[1 / (NODES[n + 1] - NODES[k]) if k <= n else Fraction(0) for k in range(ORDER)] for n in range(ORDER)])
 # OFFSETS[n][k]: double integral of N_k from 0 to node n + 1, so that the offset of a node is h^2 times its sum with g.
 OFFSETS = _matrix([[_integral_twice(row, node) for row in _NEWTON] for node in NODES[1:]])
-# The same to the step's end, and the single integral that gives the velocity.
-OFFSET_END = [float(_integral_twice(row, Fraction(1))) for row in _NEWTON]
-SPEED_END = [float(sum(c / (k + 2) for k, c in enumerate(row))) for row in _NEWTON]
 # BACK[k][j]: g_j = sum over k of BACK[k][j] b_k, the inverse of POWERS.
 
 
@@ -71,6 +69,28 @@ def _inverse(rows):
 
 
 BACK = _matrix(_inverse(_NEWTON))
+
+
+def _weights():
+    """Single and double integrals over the step of the polynomials that are 1 at one node and 0 at the others."""
+    single, double = [], []
+    for n, node in enumerate(NODES[1:], 1):
+        polynomial = [Fraction(1)]
+        for k, other in enumerate(NODES):
+            if k != n:
+                pairs = zip([Fraction(0), *polynomial], [*(-other * c for c in polynomial), Fraction(0)], strict=True)
+                polynomial = [(a + b) / (node - other) for a, b in pairs]
+        single.append(sum(c / (k + 1) for k, c in enumerate(polynomial)))
+        double.append(sum(c / ((k + 1) * (k + 2)) for k, c in enumerate(polynomial)))
+    return single, double
+
+
+_SINGLE, _DOUBLE = _weights()
+# Velocity gained in a step: h times a_0 + sum of SPEED (a_n - a_0); SPEED_REST: what rounding took from SPEED.
+SPEED = [float(w) for w in _SINGLE]
+SPEED_REST = [float(w - Fraction(float(w))) for w in _SINGLE]
+# The way made: h v + h^2 times a_0 / 2 + sum of WAY (a_n - a_0).
+WAY = [float(w) for w in _DOUBLE]
 # BINOMIALS[k][j]: weight of b_j in the k-th coefficient of a polynomial shifted by 1.
 BINOMIALS = np.array([[float(math.comb(j + 1, k + 1)) for j in range(ORDER)] for k in range(ORDER)])
 STEP_NODES = [float(node) for node in NODES[1:]]

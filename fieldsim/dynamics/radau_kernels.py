@@ -65,10 +65,10 @@ class Flights:
 
 @wp.struct
 class Leg:
-    """What one launch is to do: particles from `first` on take at most `steps` steps, none starting at `until` or later.
+    """What one launch is to do: particles from `first` on take at most `steps` steps, none from `until` on.
 
     eta: steps in units of the time in which the acceleration changes. extent: size of what pulls and how far it lies
-    from the origin. stride: no step is longer. begin: time of the simulation's start.
+    from the origin. stride: no step leads farther. begin: time of the simulation's start.
     """
 
     first: int
@@ -157,7 +157,8 @@ def radau_kernel(kinds_used):
             evaluations += 1
             if plan == wp.float64(0.0):
                 plan = first_step(x, v, a, leg.extent)
-            plan = wp.min(plan, leg.stride / wp.max(wp.length(v), leg.stride * ROUNDING))
+            if plan * wp.length(v) > leg.stride:
+                plan = leg.stride / wp.length(v)
             h = fitted(plan, left)
             for n in range(ORDER):
                 place(gravity, window, stage + n + 1, t, t_rest + NODES[n] * h)

@@ -51,7 +51,7 @@ THIRD = wp.constant(_Vector(*(float((k + 1) * k * (k - 1)) for k in range(ORDER)
 
 @wp.func
 def added(x: wp.vec3d, rest: wp.vec3d, change: wp.vec3d):
-    """x + rest + change as a rounded sum and what it lacks (Knuth's two-sum)."""
+    """The sum x + rest + change as a rounded sum and what it lacks (Knuth's two-sum)."""
     y = change + rest
     total = x + y
     part = total - x
@@ -69,7 +69,7 @@ def added(x: wp.float64, rest: wp.float64, change: wp.float64):  # noqa: F811 - 
 
 @wp.func
 def halves(x: wp.float64):
-    """x as a sum of two numbers of half its digits (Veltkamp)."""
+    """The number x as a sum of two numbers of half its digits (Veltkamp)."""
     c = wp.float64(134217729.0) * x
     high = c - (c - x)
     return high, x - high
@@ -77,7 +77,7 @@ def halves(x: wp.float64):
 
 @wp.func
 def product_rest(h: wp.float64, v: wp.float64):
-    """h v less its rounded value (Dekker)."""
+    """What the product h v has beside its rounded value (Dekker)."""
     h1, h2 = halves(h)
     v1, v2 = halves(v)
     return ((h1 * v1 - h * v) + h1 * v2 + h2 * v1) + h2 * v2
@@ -109,7 +109,7 @@ def shortened(b: Series, q: wp.float64):
 
 @wp.func
 def in_newton_form(b: Series):
-    """g of b."""
+    """The coefficients g of b."""
     g = Series()
     for j in range(ORDER):
         u = b[j]
@@ -121,7 +121,7 @@ def in_newton_form(b: Series):
 
 @wp.func
 def in_powers(g: Series):
-    """b of g."""
+    """The powers b of g."""
     b = Series()
     for j in range(ORDER):
         u = g[j]
@@ -153,7 +153,8 @@ def largest(v: wp.vec3d):
 def settled_path(kinds_used):
     """Warp function (x, a0, d, g, h, gravity, stage) -> (g, pull, whether it settled, sweeps).
 
-    pull: accelerations at the nodes, less a0. d: the nodes' offsets that belong to the guess g. stage: that of the step's start; those of the nodes follow it.
+    d: the nodes' offsets that belong to the guess g. stage: that of the step's start; those of the nodes follow it.
+    pull: accelerations at the nodes, less a0.
     """
     field = field_at(kinds_used)
 
@@ -219,7 +220,10 @@ def lengthening(a0: wp.vec3d, b: Series, noise: wp.float64):
     jerk = wp.length(first)
     snap = wp.length(second)
     by_force = wp.float64(2.0) * force * force / wp.max(jerk * jerk + force * snap, TINY)
-    by_jerk = (force * snap + jerk * jerk + noise * noise) / wp.max(jerk * wp.length(third) + snap * snap, TINY)
+    below = jerk * wp.length(third) + snap * snap
+    by_jerk = wp.float64(wp.inf)
+    if below != wp.float64(0.0):
+        by_jerk = (force * snap + jerk * jerk + noise * noise) / below
     return wp.sqrt(wp.max(by_force, by_jerk))
 
 

@@ -24,7 +24,7 @@ NODES = tuple(
         "0.18024069173689236498757994280918",
         "0.35262471711316963737390777017124",
         "0.54715362633055538300144855765235",
-        "0.73421017741541053152321060830661",
+        "0.73421017721541053152321060830661",
         "0.88532094683909576809035976293249",
         "0.97752061356128750189117450042915",
     )
@@ -53,7 +53,9 @@ _NEWTON = _newton()
 # POWERS[k][j]: coefficient of s^(j+1) in N_k; b_j = sum over k of POWERS[k][j] g_k.
 POWERS = _matrix(_NEWTON)
 # DIVIDE[n][k]: 1 / (s_(n+1) - s_k), for the divided differences.
-DIVIDE = _matrix([[1 / (NODES[n + 1] - NODES[k]) if k <= n else Fraction(0) for k in range(ORDER)] for n in range(ORDER)])
+DIVIDE = _matrix(
+    [[1 / (NODES[n + 1] - NODES[k]) if k <= n else Fraction(0) for k in range(ORDER)] for n in range(ORDER)]
+)
 # OFFSETS[n][k]: double integral of N_k from 0 to node n + 1, so that the offset of a node is h^2 times its sum with g.
 OFFSETS = _matrix([[_integral_twice(row, node) for row in _NEWTON] for node in NODES[1:]])
 # BACK[k][j]: g_j = sum over k of BACK[k][j] b_k, the inverse of POWERS.

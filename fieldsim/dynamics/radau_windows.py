@@ -66,18 +66,28 @@ def place_rows(kinds_used):
     return changing if kinds_used[1] else still
 
 
-def _chebyshev():
-    """Sampling points in (-1, 1), points between them, and the matrix from samples to coefficients."""
-    count = DEGREE + 1
-    angles = (np.arange(count) + 0.5) * np.pi / count
-    between = np.cos(np.arange(count + 1) * np.pi / count)
-    matrix = np.cos(np.outer(np.arange(count), angles)) * (2.0 / count)
-    matrix[0] *= 0.5
-    return np.cos(angles), between, matrix
+def _cosines(numerators, denominator):
+    """cos(pi numerators / denominator), reduced while exact."""
+    return np.cos(np.pi / denominator * (numerators % (2 * denominator)))
 
 
-_POINTS, _BETWEEN, _TRANSFORM = _chebyshev()
-_AT_BETWEEN = np.polynomial.chebyshev.chebvander(_BETWEEN, DEGREE)
+_DEGREES = np.arange(DEGREE + 1)
+_ODD = 2 * _DEGREES + 1
+# Where rows are sampled, the points between, and the polynomials' values at these.
+_POINTS = _cosines(_ODD, 2 * len(_ODD))
+_BETWEEN = _cosines(np.arange(DEGREE + 2), DEGREE + 1)
+_AT_BETWEEN = _cosines(np.outer(np.arange(DEGREE + 2), _DEGREES), DEGREE + 1)
+# From samples to coefficients.
+_TRANSFORM = _cosines(np.outer(_DEGREES, _ODD), 2 * len(_ODD)) * (2.0 / len(_ODD))
+_TRANSFORM[0] *= 0.5
+
+
+def _coefficients(samples):
+    """Chebyshev coefficients (DEGREE + 1, ...) of samples; of their changes first, so that constants stay exact."""
+    level = samples[DEGREE // 2]
+    result = np.tensordot(_TRANSFORM, samples - level, axes=1)
+    result[0] += level
+    return result
 
 
 class Windows:
@@ -109,7 +119,7 @@ class Windows:
         self.window.end, self.window.middle, self.window.half = end, 0.5 * (start + end), 0.5 * (end - start)
         changes = np.argwhere((samples != samples[0]).any(axis=0))
         self.rows = samples[0]
-        self._fill(_TRANSFORM @ samples[:, changes[:, 0], changes[:, 1]], changes)
+        self._fill(_coefficients(samples)[:, changes[:, 0], changes[:, 1]], changes)
 
     def _fill(self, coefficients, places):
         window, device = self.window, self._device
@@ -126,11 +136,10 @@ class Windows:
         middle, half = 0.5 * (start + end), 0.5 * (end - start)
         samples = self._sources.rows_at(middle + half * _POINTS)
         between = self._sources.rows_at(np.clip(middle + half * _BETWEEN, start, end))
-        flat = samples.reshape(len(samples), -1)
-        error = np.abs((_AT_BETWEEN @ (_TRANSFORM @ flat)).reshape(between.shape) - between).max(axis=0)
+        error = np.abs(np.tensordot(_AT_BETWEEN, _coefficients(samples), axes=1) - between).max(axis=0)
         # Times are rounded as well, and what moves fast feels it.
-        speed = np.abs(np.diff(flat, axis=0)).max(axis=0).reshape(error.shape) / (half * -np.diff(_POINTS).min())
-        rounding = 4.0 * np.spacing(max(abs(start), abs(end))) * DEGREE * speed
+        speed = np.abs(np.diff(samples, axis=0)).max(axis=0) / (half * np.abs(np.diff(_POINTS)).min())
+        rounding = 4.0 * np.spacing(max(abs(start), abs(end))) * speed
         return samples, bool((error <= AGREEMENT * _sizes(samples) + rounding).all())
 
 

@@ -32,6 +32,7 @@ from fieldsim.dynamics.integrators import (
     Suzuki4,
 )
 from fieldsim.dynamics.lyapunov import Lyapunov, lyapunov
+from fieldsim.dynamics.radau import Radau
 from fieldsim.dynamics.section import Crossings, Section, poincare
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.errors import (
@@ -125,6 +126,7 @@ __all__ = [
     "ProfiledArc",
     "ProfiledSegment",
     "Quartic",
+    "Radau",
     "Renderer",
     "Report",
     "Repulsion",

@@ -5,6 +5,7 @@ import pytest
 import warp as wp
 
 from fieldsim.dynamics.integrators import Leapfrog
+from fieldsim.dynamics.radau_kernels import dense_kernel, radau_kernel
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.dynamics.sources import Sources, _field_kernel
 from fieldsim.dynamics.steps import contact_kernel, release_kernel, splitting_kernel
@@ -38,6 +39,8 @@ def test_every_kernel_compiles_for_cuda(tmp_path):
         contact_kernel(gravity, surface, True),
         release_kernel(surface),
         _field_kernel(gravity),
+        radau_kernel(gravity),
+        dense_kernel(gravity),
     )
     for index, kernel in enumerate(kernels):
         folder = tmp_path / str(index)

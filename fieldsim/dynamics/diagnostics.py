@@ -10,6 +10,7 @@ import numpy as np
 import warp as wp
 
 from fieldsim import validate
+from fieldsim.dynamics.integrators import Splitting
 from fieldsim.dynamics.repulsion import contact_energy
 from fieldsim.dynamics.sources import Sources, field_and_gradient, upload
 from fieldsim.dynamics.work import Work
@@ -81,9 +82,10 @@ def _changing(body):
 class EnergyReport:
     """How well a run kept its invariant.
 
-    invariant: "energy", "Jacobi integral" or "energy less work"; largest, rms: drift since the start relative to each
-    particle's kinetic plus absolute potential energy there, over all moments recorded; particles: how many never
-    touched a surface and so were judged, of `total`; work: what moving sources did on those, per unit mass, in sum.
+    invariant: "energy", "Jacobi integral", "energy less work", or "" where nothing is judged; largest, rms: drift since
+    the start relative to each particle's kinetic plus absolute potential energy there, over all moments recorded;
+    particles: how many never touched a surface and so were judged, of `total`; work: what moving sources did on those,
+    per unit mass, in sum.
     """
 
     invariant: str
@@ -96,6 +98,8 @@ class EnergyReport:
     def __str__(self):
         if not self.total:
             return "no particles"
+        if not self.invariant:
+            return "no invariant to judge by: what pulls moves by functions of time"
         if not self.particles:
             return f"{self.invariant} not judged: all {self.total} particles touched a surface"
         judged = f"{self.particles} of {self.total} particles, those that never touched a surface"
@@ -116,7 +120,8 @@ class EnergyLog:
     """Follows the invariant of a simulation: call `record()` now and then, read `report()` at the end.
 
     Still bodies keep each particle's energy; bodies that all turn with one Spin keep its Jacobi integral; for other
-    motions the work that they do is followed and taken off (see `Work`), at some cost. Particles that touched a surface
+    motions the work that they do is followed and taken off (see `Work`), at some cost; under Radau, whose steps are
+    each particle's own, it is not, and nothing is judged. Particles that touched a surface
     lose or gain energy there and are left out from then on. The first particle whose drift exceeds LOST is told of in a
     FieldsimWarning.
     """
@@ -126,14 +131,16 @@ class EnergyLog:
         pulling = [body for body in simulation.world.bodies if body.gravity is not None]
         self._spin = common_spin(simulation.world)
         still = not any(body.moving or _changing(body) for body in pulling)
-        self._work = None if still or self._spin else Work(simulation)
-        self.invariant = "energy less work" if self._work else "Jacobi integral" if self._spin else "energy"
+        follows = not still and not self._spin and isinstance(simulation.integrator, Splitting)
+        self._work = Work(simulation) if follows else None
+        kept = "energy" if still else "Jacobi integral" if self._spin else ""
+        self.invariant = "energy less work" if self._work else kept
         self.history = History()
         self._squares = 0.0
         self._count = 0
         self._warned = False
         self._total = sum(len(particles) for particles in simulation.world.particles)
-        if self._total:
+        if self.invariant and self._total:
             start = energy(simulation.snapshot())
             self._scale = np.maximum(start.kinetic + np.abs(start.potential), np.finfo(float).tiny)
             self._start = self._values()
@@ -153,7 +160,7 @@ class EnergyLog:
 
     def record(self) -> None:
         """Take the present moment into account."""
-        if not self._total:
+        if not (self.invariant and self._total):
             return
         drift = np.where(self._judged, np.abs(self._values() - self._start) / self._scale, 0.0)
         self._warn_of_losses(drift)

@@ -12,7 +12,7 @@ import numpy as np
 import warp as wp
 
 from fieldsim import validate
-from fieldsim.dynamics.section import refuse_contact
+from fieldsim.dynamics.section import refuse_contact, splitting_for
 from fieldsim.dynamics.simulation import Simulation, moments
 from fieldsim.dynamics.sources import Stages, hessian_at
 from fieldsim.dynamics.state import State, added
@@ -55,7 +55,7 @@ def lyapunov(
         raise InputError(f"lyapunov: count is {count!r}; give 1 to 6, as many as phase space has dimensions")
     if samples < 1:
         raise InputError(f"lyapunov: samples is {samples!r}; give at least 1")
-    simulation = _Tangent(world, integrator, device=device, threads=threads)
+    simulation = _Tangent(world, splitting_for("lyapunov", integrator), device=device, threads=threads)
     if any(simulation.integrator.gradients):
         name = type(simulation.integrator).__name__
         raise InputError(f"lyapunov: {name} has force gradients, whose derivative is not known; give fs.BlanesMoan6")
@@ -89,7 +89,7 @@ class _Tangent(Simulation):
         kernel = tangent_kernel(self._gravity.kinds_used)
         outputs = [self._state, *tangent, self.growth]
         launch(kernel, self._count, [len(steps), method, gravity], outputs, **options)
-        self.steps_done += len(steps) * self._count
+        self._steps_done += len(steps) * self._count
 
 
 @wp.func

@@ -7,10 +7,11 @@ import numpy as np
 import warp as wp
 
 from fieldsim import validate
+from fieldsim.dynamics.integrators import Leapfrog, Splitting
 from fieldsim.dynamics.simulation import Simulation, moments
 from fieldsim.dynamics.sources import Stages, field_at
 from fieldsim.dynamics.state import State
-from fieldsim.dynamics.steps import Method, method_of, particle_at, put, stage_of
+from fieldsim.dynamics.steps import Method, advance_of, method_of, part_of, particle_at, put
 from fieldsim.errors import InputError
 from fieldsim.launch import launch
 from fieldsim.world.motion import IDENTITY, Spin, pose_at
@@ -67,10 +68,18 @@ def poincare(world, section: Section, duration: float, integrator=None, *, devic
         raise InputError(f"poincare: section is {section!r}; give a fs.Section")
     refuse_contact(world, "poincare")
     duration = validate.number("poincare", "duration", duration, above=0.0)
-    simulation = _Sectioned(world, integrator, device=device, threads=threads)
+    simulation = _Sectioned(world, splitting_for("poincare", integrator), device=device, threads=threads)
     simulation.section = section
     simulation.advance(duration)
     return simulation.crossings()
+
+
+def splitting_for(who, integrator) -> Splitting:
+    """`integrator` as the splitting that a study of free motion takes: `Leapfrog()` for None; InputError for others."""
+    integrator = Leapfrog() if integrator is None else integrator
+    if not isinstance(integrator, Splitting):
+        raise InputError(f"{who}: integrator is {integrator!r}; give a splitting such as fs.BlanesMoan6(dt)")
+    return integrator
 
 
 def refuse_contact(world, who):
@@ -108,7 +117,7 @@ class _Sectioned(Simulation):
             threads=self.threads,
         )
         self._keep(times.numpy(), x.numpy(), v.numpy(), start + dt * steps)
-        self.steps_done += len(steps) * self._count
+        self._steps_done += len(steps) * self._count
 
     def _planes(self, times):
         """The plane at the steps' ends, (n, offset) each: n . x = offset."""
@@ -209,7 +218,7 @@ def section_kernel(kinds_used, gradients: bool):
 
     times, positions, velocities: (N, steps); the time stays NaN where a step did not pierce it.
     """
-    stage = stage_of(kinds_used, gradients)
+    advance = advance_of(kinds_used, gradients)
     field = field_at(kinds_used)
 
     @wp.kernel(module="unique", enable_backward=False)
@@ -230,7 +239,7 @@ def section_kernel(kinds_used, gradients: bool):
         for step in range(times.shape[1]):
             before = p
             for j in range(method.stages):
-                p = stage(p, method, gravity, step, j)
+                p = advance(p, part_of(method, j), gravity, step * method.stages + j + 1)
             above = height(p.x, planes[step + 1]) >= wp.float64(0.0)
             if above != (height(before.x, planes[step]) >= wp.float64(0.0)) and (
                 direction == 0 or (direction > 0) == above

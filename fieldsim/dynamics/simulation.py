@@ -10,6 +10,7 @@ import warp as wp
 from fieldsim import validate
 from fieldsim.dynamics.auto import Auto, Choice, choose, integrator_of
 from fieldsim.dynamics.events import Events, balls_of, events_of
+from fieldsim.dynamics.radau import Radau, RadauRun
 from fieldsim.dynamics.sources import Sources, Stages, field_and_gradient, upload
 from fieldsim.dynamics.state import state_of
 from fieldsim.dynamics.steps import LANES, contact_kernel, method_of, release_kernel, splitting_kernel
@@ -48,7 +49,7 @@ class Simulation:
             options = {"time": self.time, "device": device, "threads": threads}
             self.choice = choose(self.integrator, world, self.time, functools.partial(Simulation, **options))
             self.integrator = self.choice.integrator
-        self.steps_done = 0
+        self._steps_done = 0
         self._watchers = []
         self._gravity = Sources(world, "gravity", self.time)
         self._sizes = [len(particles) for particles in world.particles]
@@ -64,6 +65,10 @@ class Simulation:
         self._balls = balls_of(world.particles, world.escape_radius, grain, kept, self.device)
         if self._surfaces:
             self._release()
+        self.radau = None
+        if isinstance(self.integrator, Radau):
+            start = self._state.x, self._state.v, self.time
+            self.radau = RadauRun(self.integrator, world, self._gravity, *start, threads=threads)
         self._still = upload(self._gravity, np.array([self.time]), self.device)
         _, self._state.a = field_and_gradient(self._gravity, self._still, self._state.x, threads=threads)
 
@@ -114,6 +119,21 @@ class Simulation:
         until = validate.number("Simulation.advance", "until", until)
         if until < self.time:
             raise InputError(f"Simulation.advance: until is {until:g}, before the present time {self.time:g}")
+        if self.radau:
+            self.radau.advance(until)
+            self._state.x, self._state.v = self.radau.read(np.full(self._count, until))
+        else:
+            self._march(until)
+        self.time = until
+        self._refuse_nonsense()
+
+    @property
+    def steps_done(self) -> int:
+        """Particle-steps taken so far."""
+        return self.radau.steps if self.radau else self._steps_done
+
+    def _march(self, until):
+        """Equal steps to the time `until`."""
         count, dt = self.integrator.steps(until - self.time)
         start = self.time
         self._balls.begin = start
@@ -123,8 +143,6 @@ class Simulation:
                 self._balls.first = first
                 self._leap(steps, start, dt)
                 self.time = start + dt * float(steps[-1] + 1)
-        self.time = until
-        self._refuse_nonsense()
 
     def _refuse_nonsense(self):
         for index, (x, v) in enumerate(zip(self.positions, self.velocities, strict=True)):
@@ -167,7 +185,7 @@ class Simulation:
             kernel = splitting_kernel(self._gravity.kinds_used, any(integrator.gradients), together)
             groups = -(-self._count // LANES) if together else self._count
             launch(kernel, groups, [len(steps), method, gravity], [self._state], grain=2, **options)
-        self.steps_done += len(steps) * self._count
+        self._steps_done += len(steps) * self._count
 
     def watch(self, watcher) -> None:
         """Call `watcher(sources, state, steps, start, dt)` ahead of every launch of `steps` from time `start` on."""

@@ -14,7 +14,7 @@ import warp as wp
 from fieldsim.dynamics.simulation import moments
 from fieldsim.dynamics.sources import Stages, field_at, upload
 from fieldsim.dynamics.state import State
-from fieldsim.dynamics.steps import Method, method_of, particle_at, stage_of
+from fieldsim.dynamics.steps import Method, advance_of, method_of, part_of, particle_at
 from fieldsim.launch import launch
 
 # Time derivatives are differences over this share of a step, of fourth order: their errors, of rounding and of the
@@ -54,7 +54,7 @@ def work_kernel(kinds_used, gradients: bool):
 
     around: the moving rows at four times OFFSETS about each stage; between them lies the time `share`.
     """
-    stage = stage_of(kinds_used, gradients)
+    advance = advance_of(kinds_used, gradients)
     total = field_at(kinds_used)
     moving = field_at(((), kinds_used[1]))
 
@@ -88,7 +88,7 @@ def work_kernel(kinds_used, gradients: bool):
                 done = done - method.opening * f
             for j in range(method.stages):
                 node = step * method.stages + j + 1
-                p = stage(p, method, now, step, j)
+                p = advance(p, part_of(method, j), now, node)
                 kick = method.kicks[j]
                 factor = method.gradients[j]
                 if kick != wp.float64(0.0) or factor != wp.float64(0.0):

@@ -48,6 +48,7 @@ from fieldsim.world.body import Body, Bounce, Particles
 from fieldsim.world.light import Background, DirectionalLight, PointLight
 from fieldsim.world.material import Material
 from fieldsim.world.motion import Keyframes, Pose, Spin, timeline
+from fieldsim.world.rigid import Rigid
 from fieldsim.world.world import Snapshot, World
 
 __all__ = [
@@ -89,6 +90,7 @@ __all__ = [
     "Quartic",
     "Renderer",
     "Report",
+    "Rigid",
     "Scenario",
     "ScenarioError",
     "Segment",

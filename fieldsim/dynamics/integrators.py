@@ -18,6 +18,9 @@ class Leapfrog:
     dt: float = 1e-3
 
     order = 2
+    kicks = (0.5, 0.5)
+    drifts = (1.0,)
+    gradients = (0.0, 0.0)
 
     def __post_init__(self):
         object.__setattr__(self, "dt", validate.number("Leapfrog", "dt", self.dt, above=0.0))

@@ -8,6 +8,7 @@ import warp as wp
 
 from fieldsim import validate
 from fieldsim.dynamics.integrators import Leapfrog
+from fieldsim.dynamics.rigid import FreeBodies
 from fieldsim.dynamics.sources import Sources, field_and_gradient, upload
 from fieldsim.dynamics.steps import Balls, contact_kernel, leapfrog_kernel, release_kernel
 from fieldsim.dynamics.surfaces import Surfaces
@@ -38,12 +39,13 @@ class Simulation:
         self.device = device_named(device)
         self.threads = threads
         self.steps_done = 0
-        self._gravity = Sources(world, "gravity", self.time)
+        self._free = FreeBodies(world, self.time)
+        self._gravity = Sources(world, "gravity", self.time, self._free.poses)
         self._sizes = [len(particles) for particles in world.particles]
         self._x = self._upload([particles.positions for particles in world.particles])
         self._v = self._upload([particles.velocities for particles in world.particles])
         self._bounces = wp.zeros(len(self._x), dtype=wp.int32, device=self.device)
-        self._surfaces = Surfaces(world, self.time) if any(p.contact for p in world.particles) else ()
+        self._surfaces = Surfaces(world, self.time, self._free.poses) if any(p.contact for p in world.particles) else ()
         if self._surfaces:
             self._release()
         self._still = upload(self._gravity, np.array([self.time]), self.device)
@@ -103,7 +105,7 @@ class Simulation:
             raise InputError(f"Simulation.advance: until is {until:g}, before the present time {self.time:g}")
         count, dt = self.integrator.steps(until - self.time)
         start = self.time
-        if len(self._x):
+        if len(self._x) or self._free:
             for first in range(0, count, self._steps_per_launch):
                 stages = np.arange(first, min(first + self._steps_per_launch, count) + 1)
                 self._leap(start + dt * stages, dt)
@@ -124,12 +126,14 @@ class Simulation:
     @property
     def _steps_per_launch(self):
         """Launches are kept short enough for small tables and a prompt answer to Ctrl-C."""
-        by_work = LAUNCH_WORK // (len(self._x) * max(1, len(self._gravity)))
+        by_work = LAUNCH_WORK // max(1, len(self._x) * len(self._gravity))
         by_rows = LAUNCH_ROWS // max(1, len(self._gravity.moving_kinds))
         return max(1, min(LAUNCH_STEPS, by_work, by_rows))
 
     def _leap(self, times, dt):
         steps = len(times) - 1
+        if self._free:
+            self._free.leap(times, dt, self.integrator)
         gravity = upload(self._gravity, times, self.device, self._still) if self._gravity.moving else self._still
         state = [self._x, self._v, self._a]
         if self._surfaces:
@@ -152,9 +156,15 @@ class Simulation:
         """Contacts made so far, (N,) int32 per set of particles."""
         return self._sets(self._bounces)
 
+    @property
+    def bodies(self) -> FreeBodies:
+        """The free bodies: their state, energies, momenta and wrenches."""
+        return self._free
+
     def snapshot(self) -> Snapshot:
         """The present moment."""
-        poses = tuple(pose_at(body.motion, self.time) for body in self.world.bodies)
+        free = self._free.present
+        poses = tuple(free.get(i) or pose_at(body.motion, self.time) for i, body in enumerate(self.world.bodies))
         return Snapshot(self.world, self.time, poses, tuple(self.positions), tuple(self.velocities))
 
     def snapshots(self, times):

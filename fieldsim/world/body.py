@@ -13,6 +13,7 @@ from fieldsim.potentials.kernels import Kernel
 from fieldsim.potentials.primitive import Primitive
 from fieldsim.world.material import Material, color_rgb
 from fieldsim.world.motion import IDENTITY, pose_at
+from fieldsim.world.rigid import Rigid
 
 
 @dataclasses.dataclass(frozen=True)
@@ -23,7 +24,8 @@ class Body:
     gravity: the kernel with which the body pulls (None: it does not); mass: spread evenly over the skeleton's measure,
     may be negative (antigravity) or a function of time; G: gravitational constant.
     surface: the Material of the surface that is seen and collides (None: invisible and intangible).
-    motion: a Pose, a Spin, Keyframes of positions, or any function of time giving a Pose or a position.
+    motion: a Pose, a Spin, Keyframes of positions, or any function of time giving a Pose or a position; or Rigid: a
+    free body, which the simulation moves by the forces on it.
     """
 
     skeleton: tuple[Primitive, ...]
@@ -44,11 +46,18 @@ class Body:
             object.__setattr__(self, "motion", pose_at(self.motion, 0.0))
         if self.gravity is not None:
             self.gravity_field()
+        if self.free and self.deforming:
+            raise InputError("Body: a free body's skeleton, mass and material are constant; give another motion")
+
+    @property
+    def free(self) -> bool:
+        """Whether forces move the body."""
+        return isinstance(self.motion, Rigid)
 
     @property
     def moving(self) -> bool:
-        """Whether the pose is a function of time."""
-        return callable(self.motion)
+        """Whether the pose changes with time."""
+        return self.free or callable(self.motion)
 
     @property
     def deforming(self) -> bool:

@@ -88,7 +88,7 @@ def solid_moments(body, tolerance: float = TOLERANCE) -> tuple[np.ndarray, np.nd
             f"Body{_named(body)}: inertia is 'solid', but there is no surface that bounds one; give surface=fs.Material"
         )
     elements = body.surface_elements(0.0)
-    low, high = _box(body, elements)
+    low, high = surface_box(body.skeleton, elements)
     cells = COARSE
     sums = _grid_sums(elements, low, high, cells)
     before = None
@@ -109,9 +109,9 @@ def solid_moments(body, tolerance: float = TOLERANCE) -> tuple[np.ndarray, np.nd
     return middle + scale * center, scale**2 * second
 
 
-def _box(body, elements):
-    """Corners of a box that holds the surface: the skeleton's, widened by how far any of it can reach."""
-    points, _ = mass_points(body.skeleton, [EXACT] * len(body.skeleton))
+def surface_box(skeleton, elements) -> tuple[np.ndarray, np.ndarray]:
+    """Corners of a box that holds the surface of a skeleton's elements: its own, widened by how far any can reach."""
+    points, _ = mass_points(skeleton, [EXACT] * len(skeleton))
     reach = float(with_reach(elements.rows, elements.kinds, len(elements))[:, REACH].max())
     # Ends lie a little beyond the outermost points.
     margin = reach + 0.02 * float(np.ptp(points, axis=0).max())

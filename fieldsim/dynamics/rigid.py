@@ -4,119 +4,29 @@ Few bodies in one thread: what comes out, their poses at every stage, places the
 `sources`), on whatever device these are.
 """
 
-import dataclasses
+import warnings
 
 import numpy as np
 import warp as wp
 
-from fieldsim.dynamics.inertia import NOTHING, MassProperties, mass_properties
-from fieldsim.dynamics.mass_points import enough, mass_points
+from fieldsim.dynamics.rigid_body import FreeBody, free_body
 from fieldsim.dynamics.rigid_contact import Shells
 from fieldsim.dynamics.rigid_gravity import Masses
 from fieldsim.dynamics.rigid_steps import Rigids, Splitting, energy_kernel, rigid_kernel
-from fieldsim.dynamics.sources import Sources, upload
-from fieldsim.errors import FieldsimError, InputError
+from fieldsim.dynamics.rigid_track import Track
+from fieldsim.dynamics.sources import Sources, field_of_elements, tables, upload
+from fieldsim.dynamics.surfaces import with_reach
+from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
 from fieldsim.launch import launch
 from fieldsim.potentials import cells
+from fieldsim.world import quaternion
 from fieldsim.world.motion import Pose
 
-# Relative error of the mass points' pull on what touches the body.
-TOLERANCE = 1e-8
-# Where a body has no surface, what comes nearer than this share of its size counts as touching.
-NEAR = 0.25
 HOST = "cpu"
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class FreeBody:
-    """One free body as it starts. index: among the world's bodies; frame: its principal frame in the body's frame.
-
-    moments (3,), ascending; those that are none (see `Rigid`) replaced, as nothing turns there.
-    """
-
-    index: int
-    name: str
-    body: object
-    mass: float
-    moments: np.ndarray
-    frame: Pose
-
-    def elements(self, role) -> cells.Elements:
-        """Its elements in the principal frame."""
-        own = self.body.gravity_elements(0.0) if role == "gravity" else self.body.surface_elements(0.0)
-        return cells.Elements(self._placed(own.rows), own.kinds, own.order)
-
-    def _placed(self, rows):
-        turn = self.frame.matrix.T
-        return cells.place(rows, turn, -turn @ np.array(self.frame.position))
-
-    def mass_points(self) -> tuple[np.ndarray, np.ndarray]:
-        """Mass points (n, 3) in the principal frame and their masses (n,)."""
-        skeleton = self.body.skeleton
-        clearance = 2.0 * self.body.surface.radius if self.body.surface else NEAR * _extent(skeleton)
-        points, weights = mass_points(skeleton, [enough(p, clearance, TOLERANCE) for p in skeleton])
-        return (points - self.frame.position) @ self.frame.matrix, self.mass * weights
-
-
-def free_body(index, body) -> FreeBody:
-    """The start of body `index`; raises InputError for mass properties that cannot be."""
-    name = f"Body {index}" + (f" ({body.name})" if body.name else "")
-    properties = mass_properties(body)
-    moments, axes = properties.principal()
-    if moments[0] <= NOTHING * moments[2] or moments[2] == 0.0:
-        moments = _without_nothing(name, body, properties, moments, axes)
-    frame = Pose(tuple(properties.center), _quaternion(axes))
-    return FreeBody(index, name, body, properties.mass, moments, frame)
-
-
-def _without_nothing(name, body, properties: MassProperties, moments, axes):
-    """Moments of a point or a straight line, with any in the place of those that are none: nothing turns there."""
-    scale = moments[2] if moments[2] > 0.0 else properties.mass
-    spin = np.array(body.motion.matrix).T @ np.array(body.motion.angular_velocity)
-    around = axes[:, moments <= NOTHING * scale].T @ spin
-    if np.abs(around).max(initial=0.0) > 1e-9 * np.linalg.norm(spin):
-        what = "a point" if moments[2] <= 0.0 else "a straight line"
-        raise InputError(
-            f"{name}: its mass lies on {what}, which has no inertia to spin about itself with; give its motion "
-            "inertia='solid' or a matrix, or an angular_velocity without that part"
-        )
-    return np.where(moments <= NOTHING * scale, scale, moments)
-
-
-def _extent(skeleton):
-    points, _ = mass_points(skeleton, [8] * len(skeleton))
-    return float(np.linalg.norm(np.ptp(points, axis=0))) or 1.0
-
-
-def _quaternion(matrix):
-    """Unit quaternion (w, x, y, z) of a rotation matrix (Bar-Itzhack 2000)."""
-    m = matrix
-    k = np.array(
-        [
-            [m[0, 0] + m[1, 1] + m[2, 2], m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]],
-            [0.0, m[0, 0] - m[1, 1] - m[2, 2], m[0, 1] + m[1, 0], m[0, 2] + m[2, 0]],
-            [0.0, 0.0, m[1, 1] - m[0, 0] - m[2, 2], m[1, 2] + m[2, 1]],
-            [0.0, 0.0, 0.0, m[2, 2] - m[0, 0] - m[1, 1]],
-        ]
-    )
-    return tuple(np.linalg.eigh(k, UPLO="U")[1][:, -1].tolist())
-
-
-def product(p, q) -> np.ndarray:
-    """Products of quaternions (..., 4) as (w, x, y, z)."""
-    p, q = np.asarray(p), np.asarray(q)
-    scalar = p[..., :1] * q[..., :1] - np.sum(p[..., 1:] * q[..., 1:], axis=-1, keepdims=True)
-    vector = p[..., :1] * q[..., 1:] + q[..., :1] * p[..., 1:] + np.cross(p[..., 1:], q[..., 1:])
-    return np.concatenate([scalar, vector], axis=-1)
-
-
-def matrices(q) -> np.ndarray:
-    """Rotation matrices (..., 3, 3) of unit quaternions (..., 4)."""
-    w, v = q[..., :1, None], q[..., 1:]
-    x, y, z = np.moveaxis(v, -1, 0)
-    zero = np.zeros_like(x)
-    cross = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1).reshape(*x.shape, 3, 3)
-    return np.eye(3) + 2.0 * (w * cross + cross @ cross)
+# Surfaces that start deeper in each other than this, in log F, overlap.
+OVERLAP = 1e-3
+# Contacts want steps shorter than this share of 1 / (their angular frequency).
+RESOLVED = 0.5
 
 
 class FreeBodies:
@@ -124,61 +34,29 @@ class FreeBodies:
 
     def __init__(self, world, time: float):
         self.world = world
-        self.starts = [free_body(i, body) for i, body in enumerate(world.bodies) if body.free]
+        self.starts: list[FreeBody] = [free_body(i, body) for i, body in enumerate(world.bodies) if body.free]
         self._number = {start.index: b for b, start in enumerate(self.starts)}
         if not self.starts:
             return
         self.time = time
         self._gravity = Sources(world, "gravity", time, prescribed=True)
         self._surfaces = Sources(world, "surface", time, prescribed=True)
-        self._masses = self._packed_masses()
-        self._shells = self._packed_shells()
-        self._state = self._started()
-        self._track = self._present_track(time)
+        self._masses = _masses(self.starts)
+        self._state = _started(self.starts)
+        # Without stiffness at first: the energy of the start decides on it.
+        self._shells = _shells(self.starts, [0.0] * len(self))
+        self._refuse_overlaps()
+        budget = self.kinetic_energies.sum() + abs(self.potential_energy())
+        stiff = [start.stiffness(budget) if start.shell else 0.0 for start in self.starts]
+        self._shells = _shells(self.starts, stiff)
+        self._quickest = max((s.quickest(k, budget) for s, k in zip(self.starts, stiff, strict=True) if k), default=0.0)
+        self._warned = False
+        self._track = self._tracked([time], self._state.x.numpy()[None], self._state.q.numpy()[None])
 
     def __len__(self) -> int:
         return len(self.starts)
 
-    # What the kernels read
-
-    def _packed_masses(self):
-        masses = Masses()
-        points, weights = zip(*(start.mass_points() for start in self.starts), strict=True)
-        masses.mass = _array([start.mass for start in self.starts], wp.float64)
-        masses.inverse = _array([1.0 / start.moments for start in self.starts], wp.vec3d)
-        masses.points, masses.first_point = _array(np.concatenate(points), wp.vec3d), _firsts(points)
-        masses.weights = _array(np.concatenate(weights), wp.float64)
-        _pack_rows(masses, [start.elements("gravity") for start in self.starts])
-        return masses
-
-    def _packed_shells(self):
-        shells = Shells()
-        none = [np.zeros((0, 3))] * len(self)
-        shells.points, shells.first_point = _array(np.concatenate(none), wp.vec3d), _firsts(none)
-        shells.areas = _array([], wp.float64)
-        shells.reach = _array(np.zeros(len(self)), wp.float64)
-        _pack_rows(shells, [start.elements("surface") for start in self.starts])
-        return shells
-
-    def _started(self):
-        state = Rigids()
-        frames = np.array([start.frame.rotation for start in self.starts])
-        bodies = [start.body.motion for start in self.starts]
-        q = product([motion.rotation for motion in bodies], frames)
-        centers = [np.array(m.position) + m.matrix @ s.frame.position for m, s in zip(bodies, self.starts, strict=True)]
-        turns = matrices(q)
-        spins = np.array([motion.angular_velocity for motion in bodies])
-        local = np.einsum("bji,bj->bi", turns, spins)
-        moments = np.array([start.moments for start in self.starts])
-        state.x = _array(centers, wp.vec3d)
-        state.p = _array([s.mass * np.array(m.velocity) for m, s in zip(bodies, self.starts, strict=True)], wp.vec3d)
-        state.q = _array(q[:, [1, 2, 3, 0]], wp.quatd)
-        state.spin = _array(np.einsum("bij,bj->bi", turns, moments * local), wp.vec3d)
-        state.e = _array(0.5 * np.sum(moments * local**2, axis=1), wp.float64)
-        state.e_rest = wp.zeros(len(self), dtype=wp.float64, device=HOST)
-        for name in ("x_rest", "p_rest", "spin_rest", "force", "torque"):
-            setattr(state, name, wp.zeros(len(self), dtype=wp.vec3d, device=HOST))
-        return state
+    # Motion
 
     @property
     def _kinds(self):
@@ -186,21 +64,43 @@ class FreeBodies:
         masses, shells = (tuple(np.unique(t.kinds.numpy()).tolist()) for t in (self._masses, self._shells))
         return (self._gravity.kinds_used, masses), (self._surfaces.kinds_used, shells)
 
-    # Motion
+    def _tables(self, times):
+        """What the prescribed bodies give at the stages `times`: gravity, and surfaces with their reach."""
+        own, total = self._surfaces, len(self._surfaces)
+        fixed = with_reach(own.fixed.rows, own.fixed.kinds, total)
+        moving = with_reach(own.rows_at(times), own.moving_kinds, total)
+        return upload(self._gravity, times, HOST), tables(own, fixed, moving, HOST)
 
     def leap(self, times, dt: float, method) -> None:
         """Move from times[0] to times[-1], the stages of whole steps of length dt."""
-        stages = len(times)
-        steps = (stages - 1) // len(method.drifts)
+        times = np.asarray(times)
+        stages, steps = len(times), (len(times) - 1) // len(method.drifts)
+        self._warn_of_stiffness(dt)
         state = self._state
-        state.places = wp.empty((stages, len(self)), dtype=wp.vec3d, device=HOST)
-        state.turns = wp.empty((stages, len(self)), dtype=wp.quatd, device=HOST)
-        sources = [upload(role, times, HOST) for role in (self._gravity, self._surfaces)]
-        inputs = [steps, wp.float64(dt), _splitting(method), *sources, self._masses, self._shells]
+        for name, count, dtype in (
+            ("places", stages, wp.vec3d),
+            ("turns", stages, wp.quatd),
+            ("speeds", steps + 1, wp.vec3d),
+            ("rates", steps + 1, wp.vec3d),
+        ):
+            setattr(state, name, wp.empty((count, len(self)), dtype=dtype, device=HOST))
+        inputs = [steps, wp.float64(dt), _splitting(method), *self._tables(times), self._masses, self._shells]
         launch(rigid_kernel(*self._kinds), 1, inputs, [state], device=HOST, threads=1)
         self.time = float(times[-1])
-        self._track = np.array(times), *self._poses(state.places.numpy(), state.turns.numpy())
+        speeds, rates = state.speeds.numpy(), state.rates.numpy()
+        self._track = self._tracked(times, state.places.numpy(), state.turns.numpy(), speeds, rates)
         self._refuse_nonsense()
+
+    def _warn_of_stiffness(self, dt):
+        if self._quickest * dt > RESOLVED and not self._warned:
+            self._warned = True
+            warnings.warn(
+                f"free bodies: the hardest contact that their energy allows swings at {self._quickest:.3g} radians per "
+                f"unit of time, too fast for dt = {dt:.3g}; give dt below {RESOLVED / self._quickest:.2g}, or a lower "
+                "Rigid(stiffness=...)",
+                FieldsimWarning,
+                stacklevel=5,
+            )
 
     def _refuse_nonsense(self):
         x, p, spin = self._state.x.numpy(), self._state.p.numpy(), self._state.spin.numpy()
@@ -212,35 +112,45 @@ class FreeBodies:
                 f"{tuple(spin[bad[0]].tolist())}; soften what it falls into, give it a surface, or shorten dt"
             )
 
+    def _refuse_overlaps(self):
+        """Raise InputError where surfaces lie in each other, naming the bodies."""
+        for start in self.starts:
+            if start.shell is None:
+                continue
+            points = start.center + start.shell.points @ quaternion.matrices(start.turn).T
+            for index, body in enumerate(self.world.bodies):
+                if index == start.index or body.surface is None:
+                    continue
+                pose = body.motion if body.free else self.world.at(self.time).poses[index]
+                local = (points - pose.position) @ pose.matrix
+                depth = float(np.log(field_of_elements(body.surface_elements(self.time), local)[0].max()))
+                if depth > OVERLAP:
+                    other = f"Body {index}" + (f" ({body.name})" if body.name else "")
+                    raise InputError(
+                        f"{start.name} and {other} overlap at the start, time {self.time:g}; move them apart"
+                    )
+
     # Poses
 
-    def _present_track(self, time):
-        return np.array([time]), *self._poses(self._state.x.numpy()[None], self._state.q.numpy()[None])
-
-    def _poses(self, places, turns):
-        """Quaternions (stages, B, 4) and positions (stages, B, 3) of the bodies' frames, of centres and turns."""
+    def _tracked(self, times, places, turns, speeds=None, rates=None):
         back = np.array([start.frame.rotation for start in self.starts]) * (1.0, -1.0, -1.0, -1.0)
-        rotations = product(turns[..., [3, 0, 1, 2]], np.broadcast_to(back, (*turns.shape[:-1], 4)))
+        rotations = quaternion.product(turns[..., [3, 0, 1, 2]], np.broadcast_to(back, (*turns.shape[:-1], 4)))
         centers = np.array([start.frame.position for start in self.starts])
-        return rotations, places - np.einsum("sbij,bj->sbi", matrices(rotations), centers)
+        return Track(np.asarray(times), places, rotations, centers, speeds, rates)
 
     def poses(self, index: int, times) -> tuple[np.ndarray, np.ndarray]:
-        """Rotations (stages, 3, 3), positions (stages, 3) of body `index` at a launch's stages, or now at any time."""
-        at, rotations, positions = self._track
-        b = self._number[index]
-        rows = slice(None) if np.array_equal(at, times) else np.full(len(times), -1)
-        return matrices(rotations[rows, b]), positions[rows, b]
+        """Rotations (stages, 3, 3), positions (stages, 3) of body `index` at times of the latest launch."""
+        rotations, positions = self._track.at(self._number[index], np.asarray(times))
+        return quaternion.matrices(rotations), positions
 
     @property
     def present(self) -> dict[int, Pose]:
         """The poses now, by index among the world's bodies."""
-        if not self.starts:
-            return {}
-        _, rotations, positions = self._track
-        return {
-            start.index: Pose(tuple(positions[-1, b].tolist()), tuple(rotations[-1, b].tolist()))
-            for b, start in enumerate(self.starts)
-        }
+        found = {}
+        for start in self.starts:
+            rotations, positions = self._track.at(self._number[start.index], self._track.times[-1:])
+            found[start.index] = Pose(tuple(positions[0].tolist()), tuple(rotations[0].tolist()))
+        return found
 
     # State, world frame
 
@@ -267,17 +177,68 @@ class FreeBodies:
     @property
     def angular_velocities(self) -> np.ndarray:
         """Angular velocities (B, 3), radians per unit of time, in the world's frame."""
-        turns = matrices(self._state.q.numpy()[:, [3, 0, 1, 2]])
+        turns = quaternion.matrices(self._state.q.numpy()[:, [3, 0, 1, 2]])
         local = np.einsum("bji,bj->bi", turns, self.spins)
         return np.einsum("bij,bj->bi", turns, self._masses.inverse.numpy() * local)
+
+    @property
+    def kinetic_energies(self) -> np.ndarray:
+        """Of motion and rotation, (B,)."""
+        translation = 0.5 * np.sum(self.momenta**2, axis=1) / self.masses
+        return translation + 0.5 * np.sum(self.spins * self.angular_velocities, axis=1)
 
     def potential_energy(self) -> float:
         """Of all free bodies in the gravity and the contacts of the prescribed ones and of each other, now."""
         energy = wp.empty(1, dtype=wp.float64, device=HOST)
-        sources = [upload(role, np.array([self.time]), HOST) for role in (self._gravity, self._surfaces)]
-        inputs = [*sources, self._masses, self._shells, self._state]
+        inputs = [*self._tables(np.array([self.time])), self._masses, self._shells, self._state]
         launch(energy_kernel(*self._kinds), 1, inputs, [energy], device=HOST, threads=1)
         return float(energy.numpy()[0])
+
+
+def _started(starts) -> Rigids:
+    state = Rigids()
+    motions = [start.body.motion for start in starts]
+    q = np.array([start.turn for start in starts])
+    turns = quaternion.matrices(q)
+    local = np.einsum("bji,bj->bi", turns, [motion.angular_velocity for motion in motions])
+    moments = np.array([start.moments for start in starts])
+    state.x = _array([start.center for start in starts], wp.vec3d)
+    state.p = _array([s.mass * np.array(m.velocity) for m, s in zip(motions, starts, strict=True)], wp.vec3d)
+    state.q = _array(q[:, [1, 2, 3, 0]], wp.quatd)
+    state.spin = _array(np.einsum("bij,bj->bi", turns, moments * local), wp.vec3d)
+    state.e = _array(0.5 * np.sum(moments * local**2, axis=1), wp.float64)
+    state.e_rest = wp.zeros(len(starts), dtype=wp.float64, device=HOST)
+    for name in ("x_rest", "p_rest", "spin_rest", "force", "torque"):
+        setattr(state, name, wp.zeros(len(starts), dtype=wp.vec3d, device=HOST))
+    return state
+
+
+def _masses(starts) -> Masses:
+    masses = Masses()
+    points, weights = zip(*(start.mass_points() for start in starts), strict=True)
+    masses.mass = _array([start.mass for start in starts], wp.float64)
+    masses.inverse = _array([1.0 / start.moments for start in starts], wp.vec3d)
+    masses.points, masses.first_point = _array(np.concatenate(points), wp.vec3d), _firsts(points)
+    masses.weights = _array(np.concatenate(weights), wp.float64)
+    _pack_rows(masses, [start.gravity_elements() for start in starts], cells.WIDTH)
+    return masses
+
+
+def _shells(starts, stiffnesses) -> Shells:
+    shells = Shells()
+    found = [start.shell for start in starts if start.shell]
+    weights = [k * start.shell.areas for start, k in zip(starts, stiffnesses, strict=True) if start.shell]
+    before = np.cumsum([0, *(len(shell.points) for shell in found)])
+    ends = [shell.ends + first for shell, first in zip(found, before, strict=False)]
+    shells.points = _array(np.concatenate([np.zeros((0, 3)), *(shell.points for shell in found)]), wp.vec3d)
+    shells.weights = _array(np.concatenate([[], *weights]), wp.float64)
+    shells.blocks = _array(np.concatenate([np.zeros((0, 4)), *(shell.blocks for shell in found)]), wp.vec4d)
+    shells.block_end = wp.array(np.concatenate([[], *ends]), dtype=wp.int32, device=HOST)
+    shells.first_block = _firsts([start.shell.ends if start.shell else () for start in starts])
+    _pack_rows(shells, [start.surface_elements() for start in starts], cells.WIDTH + 1)
+    reach = [np.linalg.norm(start.shell.points, axis=1).max() if start.shell else 0.0 for start in starts]
+    shells.reach = _array(1.01 * np.array(reach), wp.float64)
+    return shells
 
 
 def _splitting(method) -> Splitting:
@@ -302,9 +263,9 @@ def _firsts(parts):
     return wp.array(np.cumsum([0, *(len(part) for part in parts)]), dtype=wp.int32, device=HOST)
 
 
-def _pack_rows(table, parts):
+def _pack_rows(table, parts, width):
     """Elements of all bodies into a table's rows, kinds and first_row."""
-    everything = cells.concatenate(parts)
-    table.rows = wp.array(everything.rows, dtype=wp.float64, device=HOST)
-    table.kinds = wp.array(everything.kinds, dtype=wp.int32, device=HOST)
+    rows = np.concatenate([np.zeros((0, width)), *(part.rows for part in parts if len(part))])
+    table.rows = wp.array(rows, dtype=wp.float64, device=HOST)
+    table.kinds = wp.array(cells.concatenate(parts).kinds, dtype=wp.int32, device=HOST)
     table.first_row = _firsts(parts)

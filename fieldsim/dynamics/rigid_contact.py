@@ -2,10 +2,11 @@
 
 Points spread over a body's surface feel the other's surface field: where log F > 0 they lie inside, and
 
-    U = stiffness * sum over points of area * (log F)^3 / 3
+    U = sum over points of stiffness * area * (log F)^3 / 3
 
 pushes them out. The cube makes the force smooth where contact begins, so that an integrator keeps its order. Two free
-bodies share one energy, the mean of both ways; prescribed bodies are felt by the points of the free ones.
+bodies share one energy, the mean of both ways; prescribed bodies are felt by the points of the free ones. Nothing is
+lost in a contact: it is elastic and without friction.
 """
 
 import functools
@@ -14,20 +15,24 @@ import warp as wp
 
 from fieldsim.dynamics.rigid_gravity import field_of_body
 from fieldsim.dynamics.sources import Stages, field_at
+from fieldsim.dynamics.surfaces import _margin
 
 
 @wp.struct
 class Shells:
     """Surfaces of B free bodies, in their principal frames.
 
-    points, areas: surface points and their shares of area times stiffness, those of body b from first_point[b] to
-    first_point[b + 1]; rows, kinds: elements of the surface fields, likewise by first_row; reach (B,): radius about the
+    points, weights: surface points and their area times stiffness. blocks: centres and radii of spheres around the
+    points of each block, which end at block_end; those of body b begin at first_block[b]. rows, kinds: elements of the
+    surface fields with their reach (see `surfaces`), those of body b from first_row[b]. reach (B,): radius about the
     centre of mass that holds the surface.
     """
 
     points: wp.array(dtype=wp.vec3d)
-    areas: wp.array(dtype=wp.float64)
-    first_point: wp.array(dtype=wp.int32)
+    weights: wp.array(dtype=wp.float64)
+    blocks: wp.array(dtype=wp.vec4d)
+    block_end: wp.array(dtype=wp.int32)
+    first_block: wp.array(dtype=wp.int32)
     rows: wp.array2d(dtype=wp.float64)
     kinds: wp.array(dtype=wp.int32)
     first_row: wp.array(dtype=wp.int32)
@@ -35,26 +40,45 @@ class Shells:
 
 
 @wp.func
-def pressed(f: wp.float64, g: wp.vec3d, area: wp.float64):
-    """Energy and force on a surface point where the other's field is f, its gradient g."""
-    u = wp.float64(0.0)
-    push = wp.vec3d()
-    if f > wp.float64(1.0):
-        depth = wp.log(f)
-        u = area * depth * depth * depth / wp.float64(3.0)
-        push = -(area * depth * depth / f) * g
-    return u, push
+def pressed(f: wp.float64, g: wp.vec3d, weight: wp.float64):
+    """Energy of a surface point, and force on it, where the other's field is f > 1 with gradient g."""
+    depth = wp.log(f)
+    push = weight * depth * depth
+    return push * depth / wp.float64(3.0), -(push / f) * g
+
+
+@wp.func
+def begin_of(shells: Shells, block: int):
+    """Where the points of a block begin."""
+    begin = wp.int32(0)
+    if block > 0:
+        begin = shells.block_end[block - 1]
+    return begin
 
 
 @functools.cache
-def contact_wrenches(prescribed_kinds, free_kinds):
-    """Warp function (stage, surfaces, shells, x, q, force, torque) -> energy; adds to force and torque."""
-    outer = field_at(prescribed_kinds)
-    inner = field_of_body(free_kinds)
-    anything = any(prescribed_kinds)
+def room_at(prescribed_kinds):
+    """Warp function (point, surfaces, stage) -> a distance within which no prescribed surface can be."""
+    fixed, moving = (_margin(kinds).warp(wp.float64) for kinds in prescribed_kinds)
 
     @wp.func
-    def against_prescribed(
+    def room(p: wp.vec3d, surfaces: Stages, stage: int):
+        still = fixed(p[0], p[1], p[2], surfaces.rows, surfaces.kinds, 0, surfaces.kinds.shape[0])
+        first = stage * surfaces.moving
+        changing = moving(p[0], p[1], p[2], surfaces.moving_rows, surfaces.moving_kinds, first, surfaces.moving)
+        return wp.min(still, changing)
+
+    return room
+
+
+@functools.cache
+def against_prescribed(kinds):
+    """Warp function (body, stage, surfaces, shells, x, q, force, torque) -> energy of contact with prescribed ones."""
+    field = field_at(kinds)
+    room = room_at(kinds)
+
+    @wp.func
+    def contact(
         b: int,
         stage: int,
         surfaces: Stages,
@@ -65,17 +89,32 @@ def contact_wrenches(prescribed_kinds, free_kinds):
         torque: wp.array(dtype=wp.vec3d),
     ):
         u = wp.float64(0.0)
-        for k in range(shells.first_point[b], shells.first_point[b + 1]):
-            arm = wp.quat_rotate(q[b], shells.points[k])
-            f, g = outer(x[b] + arm, surfaces, stage)
-            energy, push = pressed(f, g, shells.areas[k])
-            u = u + energy
-            force[b] = force[b] + push
-            torque[b] = torque[b] + wp.cross(arm, push)
+        if room(x[b], surfaces, stage) < shells.reach[b]:
+            for block in range(shells.first_block[b], shells.first_block[b + 1]):
+                ball = shells.blocks[block]
+                middle = x[b] + wp.quat_rotate(q[b], wp.vec3d(ball[0], ball[1], ball[2]))
+                if room(middle, surfaces, stage) < ball[3]:
+                    for k in range(begin_of(shells, block), shells.block_end[block]):
+                        arm = wp.quat_rotate(q[b], shells.points[k])
+                        f, g = field(x[b] + arm, surfaces, stage)
+                        if f > wp.float64(1.0):
+                            energy, push = pressed(f, g, shells.weights[k])
+                            u = u + energy
+                            force[b] = force[b] + push
+                            torque[b] = torque[b] + wp.cross(arm, push)
         return u
 
+    return contact
+
+
+@functools.cache
+def against_body(kinds):
+    """Warp function (body, other, shells, x, q, force, torque) -> energy of its points in the other's surface."""
+    field = field_of_body(kinds)
+    margin = _margin(kinds).warp(wp.float64)
+
     @wp.func
-    def against_body(
+    def contact(
         b: int,
         other: int,
         shells: Shells,
@@ -84,24 +123,35 @@ def contact_wrenches(prescribed_kinds, free_kinds):
         force: wp.array(dtype=wp.vec3d),
         torque: wp.array(dtype=wp.vec3d),
     ):
-        """Points of body b in the surface of another."""
         u = wp.float64(0.0)
         first = shells.first_row[other]
         end = shells.first_row[other + 1]
-        reach = shells.reach[other]
-        for k in range(shells.first_point[b], shells.first_point[b + 1]):
-            arm = wp.quat_rotate(q[b], shells.points[k])
-            p = x[b] + arm
-            away = p - x[other]
-            if wp.dot(away, away) < reach * reach:
-                f, g = inner(p, x[other], q[other], shells.rows, shells.kinds, first, end)
-                energy, push = pressed(f, g, wp.float64(0.5) * shells.areas[k])
-                u = u + energy
-                force[b] = force[b] + push
-                torque[b] = torque[b] + wp.cross(arm, push)
-                force[other] = force[other] - push
-                torque[other] = torque[other] - wp.cross(away, push)
+        for block in range(shells.first_block[b], shells.first_block[b + 1]):
+            ball = shells.blocks[block]
+            middle = x[b] + wp.quat_rotate(q[b], wp.vec3d(ball[0], ball[1], ball[2]))
+            at = wp.quat_rotate_inv(q[other], middle - x[other])
+            if margin(at[0], at[1], at[2], shells.rows, shells.kinds, first, end - first) < ball[3]:
+                for k in range(begin_of(shells, block), shells.block_end[block]):
+                    arm = wp.quat_rotate(q[b], shells.points[k])
+                    p = x[b] + arm
+                    f, g = field(p, x[other], q[other], shells.rows, shells.kinds, first, end)
+                    if f > wp.float64(1.0):
+                        energy, push = pressed(f, g, wp.float64(0.5) * shells.weights[k])
+                        u = u + energy
+                        force[b] = force[b] + push
+                        torque[b] = torque[b] + wp.cross(arm, push)
+                        force[other] = force[other] - push
+                        torque[other] = torque[other] - wp.cross(p - x[other], push)
         return u
+
+    return contact
+
+
+@functools.cache
+def contact_wrenches(prescribed_kinds, free_kinds):
+    """Warp function (stage, surfaces, shells, x, q, force, torque) -> energy; adds to force and torque."""
+    ground = against_prescribed(prescribed_kinds)
+    pair = against_body(free_kinds)
 
     @wp.func
     def wrenches(
@@ -115,12 +165,10 @@ def contact_wrenches(prescribed_kinds, free_kinds):
     ):
         u = wp.float64(0.0)
         for b in range(x.shape[0]):
-            if wp.static(anything):
-                u = u + against_prescribed(b, stage, surfaces, shells, x, q, force, torque)
+            u = u + ground(b, stage, surfaces, shells, x, q, force, torque)
             for other in range(x.shape[0]):
-                if other != b and shells.first_row[other + 1] > shells.first_row[other]:
-                    if wp.length(x[b] - x[other]) < shells.reach[b] + shells.reach[other]:
-                        u = u + against_body(b, other, shells, x, q, force, torque)
+                if other != b and wp.length(x[b] - x[other]) < shells.reach[b] + shells.reach[other]:
+                    u = u + pair(b, other, shells, x, q, force, torque)
         return u
 
     return wrenches

@@ -32,7 +32,7 @@ class Rigids:
     turns from the principal to the world's frame; x_rest, ...: what rounding has kept from their sums. force, torque
     (B,): of the moment, about the centres of mass.
     places, turns (stages, B): x and q at every stage of a launch: stage n s + j is after drift j of step n, of s drifts
-    a step; stage 0 is the start.
+    a step; stage 0 is the start. speeds, rates (steps + 1, B): velocities and angular velocities at the steps' ends.
     """
 
     x: wp.array(dtype=wp.vec3d)
@@ -48,6 +48,8 @@ class Rigids:
     torque: wp.array(dtype=wp.vec3d)
     places: wp.array2d(dtype=wp.vec3d)
     turns: wp.array2d(dtype=wp.quatd)
+    speeds: wp.array2d(dtype=wp.vec3d)
+    rates: wp.array2d(dtype=wp.vec3d)
 
 
 @wp.struct
@@ -106,6 +108,12 @@ def drift(state: Rigids, masses: Masses, t: wp.float64):
 
 
 @wp.func
+def turning(q: wp.quatd, spin: wp.vec3d, inverse: wp.vec3d):
+    """Angular velocity of a body of the given angular momentum, both in the world's frame."""
+    return wp.quat_rotate(q, wp.cw_mul(inverse, wp.quat_rotate_inv(q, spin)))
+
+
+@wp.func
 def kick(state: Rigids, masses: Masses, t: wp.float64):
     """Let the forces and torques of the moment act for a time t."""
     for b in range(state.x.shape[0]):
@@ -114,9 +122,8 @@ def kick(state: Rigids, masses: Masses, t: wp.float64):
         state.p_rest[b] = p_rest
         impulse = t * state.torque[b]
         # The work of the torque: on the mean of the angular velocities before and after.
-        m = wp.quat_rotate_inv(state.q[b], state.spin[b] + HALF * impulse)
-        rate = wp.quat_rotate(state.q[b], wp.cw_mul(masses.inverse[b], m))
-        e, e_rest = added(state.e[b], state.e_rest[b], wp.dot(impulse, rate))
+        work = wp.dot(impulse, turning(state.q[b], state.spin[b] + HALF * impulse, masses.inverse[b]))
+        e, e_rest = added(state.e[b], state.e_rest[b], work)
         state.e[b] = e
         state.e_rest[b] = e_rest
         spin, spin_rest = added(state.spin[b], state.spin_rest[b], impulse)
@@ -130,6 +137,14 @@ def record(state: Rigids, stage: int):
     for b in range(state.x.shape[0]):
         state.places[stage, b] = state.x[b]
         state.turns[stage, b] = state.q[b]
+
+
+@wp.func
+def record_end(state: Rigids, masses: Masses, step: int):
+    """Write down how all bodies move at the end of a step."""
+    for b in range(state.x.shape[0]):
+        state.speeds[step, b] = state.p[b] / masses.mass[b]
+        state.rates[step, b] = turning(state.q[b], state.spin[b], masses.inverse[b])
 
 
 @functools.cache
@@ -172,6 +187,7 @@ def rigid_kernel(gravity_kinds, surface_kinds):
         drifts = splitting.drifts.shape[0]
         known = wp.int32(0)
         record(state, 0)
+        record_end(state, masses, 0)
         for step in range(steps):
             for j in range(drifts + 1):
                 if j > 0:
@@ -183,6 +199,7 @@ def rigid_kernel(gravity_kinds, surface_kinds):
                         wrenches(step * drifts + j, gravity, surfaces, masses, shells, state)
                         known = 1
                     kick(state, masses, dt * splitting.kicks[j])
+            record_end(state, masses, step + 1)
 
     return rigid
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import InputError
+from fieldsim.world.quaternion import matrices
 
 
 def value_at(value, time: float):
@@ -104,14 +105,7 @@ class Pose:
     @property
     def matrix(self) -> np.ndarray:
         """Rotation matrix R, (3, 3)."""
-        w, x, y, z = self.rotation
-        return np.array(
-            [
-                [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-                [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-            ]
-        )
+        return matrices(self.rotation)
 
     @property
     def is_identity(self) -> bool:

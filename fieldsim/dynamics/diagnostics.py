@@ -30,7 +30,7 @@ class Energy:
 def energy(snapshot) -> Energy:
     """Energies of a snapshot's particles in the gravity of its bodies at that time; potential = -F."""
     x, v = _state(snapshot)
-    sources = Sources(snapshot.world, "gravity", snapshot.time)
+    sources = Sources(snapshot.world, "gravity", snapshot.time, snapshot.poses_at)
     points = wp.array(x, dtype=wp.vec3d, device="cpu")
     field, _ = field_and_gradient(sources, upload(sources, np.array([snapshot.time]), "cpu"), points)
     return Energy(0.5 * np.einsum("ij,ij->i", v, v), -field.numpy())

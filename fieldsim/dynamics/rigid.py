@@ -10,21 +10,18 @@ import numpy as np
 import warp as wp
 
 from fieldsim.dynamics.rigid_body import FreeBody, free_body
-from fieldsim.dynamics.rigid_contact import Shells
-from fieldsim.dynamics.rigid_gravity import Masses
-from fieldsim.dynamics.rigid_steps import Rigids, Splitting, energy_kernel, rigid_kernel
+from fieldsim.dynamics.rigid_steps import Splitting, energy_kernel, rigid_kernel
+from fieldsim.dynamics.rigid_tables import HOST, host_array, masses_of, prescribed_tables, shells_of, state_of
 from fieldsim.dynamics.rigid_track import Track
-from fieldsim.dynamics.sources import Sources, field_of_elements, tables, upload
-from fieldsim.dynamics.surfaces import with_reach
+from fieldsim.dynamics.sources import Sources, field_of_elements
 from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
 from fieldsim.launch import launch
-from fieldsim.potentials import cells
 from fieldsim.world import quaternion
 from fieldsim.world.motion import Pose
+from fieldsim.world.world import World
 
-HOST = "cpu"
-# Surfaces that start deeper in each other than this, in log F, overlap.
-OVERLAP = 1e-3
+# Where a point of one surface starts within the other's field of more than this, the two overlap.
+OVERLAP = 1.001
 # Contacts want steps shorter than this share of 1 / (their angular frequency).
 RESOLVED = 0.5
 
@@ -41,15 +38,16 @@ class FreeBodies:
         self.time = time
         self._gravity = Sources(world, "gravity", time, prescribed=True)
         self._surfaces = Sources(world, "surface", time, prescribed=True)
-        self._masses = _masses(self.starts)
-        self._state = _started(self.starts)
+        self._masses = masses_of(self.starts)
+        self._state = state_of(self.starts)
         # Without stiffness at first: the energy of the start decides on it.
-        self._shells = _shells(self.starts, [0.0] * len(self))
+        self._shells = shells_of(self.starts, [0.0] * len(self))
         self._refuse_overlaps()
         budget = self.kinetic_energies.sum() + abs(self.potential_energy())
-        stiff = [start.stiffness(budget) if start.shell else 0.0 for start in self.starts]
-        self._shells = _shells(self.starts, stiff)
-        self._quickest = max((s.quickest(k, budget) for s, k in zip(self.starts, stiff, strict=True) if k), default=0.0)
+        self.stiffnesses = [start.stiffness(budget) if start.shell else 0.0 for start in self.starts]
+        self._shells = shells_of(self.starts, self.stiffnesses)
+        hardest = (s.quickest(k, budget) for s, k in zip(self.starts, self.stiffnesses, strict=True) if k)
+        self._quickest = max(hardest, default=0.0)
         self._warned = False
         self._track = self._tracked([time], self._state.x.numpy()[None], self._state.q.numpy()[None])
 
@@ -64,13 +62,6 @@ class FreeBodies:
         masses, shells = (tuple(np.unique(t.kinds.numpy()).tolist()) for t in (self._masses, self._shells))
         return (self._gravity.kinds_used, masses), (self._surfaces.kinds_used, shells)
 
-    def _tables(self, times):
-        """What the prescribed bodies give at the stages `times`: gravity, and surfaces with their reach."""
-        own, total = self._surfaces, len(self._surfaces)
-        fixed = with_reach(own.fixed.rows, own.fixed.kinds, total)
-        moving = with_reach(own.rows_at(times), own.moving_kinds, total)
-        return upload(self._gravity, times, HOST), tables(own, fixed, moving, HOST)
-
     def leap(self, times, dt: float, method) -> None:
         """Move from times[0] to times[-1], the stages of whole steps of length dt."""
         times = np.asarray(times)
@@ -84,7 +75,14 @@ class FreeBodies:
             ("rates", steps + 1, wp.vec3d),
         ):
             setattr(state, name, wp.empty((count, len(self)), dtype=dtype, device=HOST))
-        inputs = [steps, wp.float64(dt), _splitting(method), *self._tables(times), self._masses, self._shells]
+        inputs = [
+            steps,
+            wp.float64(dt),
+            _splitting(method),
+            *prescribed_tables(self._gravity, self._surfaces, times),
+            self._masses,
+            self._shells,
+        ]
         launch(rigid_kernel(*self._kinds), 1, inputs, [state], device=HOST, threads=1)
         self.time = float(times[-1])
         speeds, rates = state.speeds.numpy(), state.rates.numpy()
@@ -123,8 +121,7 @@ class FreeBodies:
                     continue
                 pose = body.motion if body.free else self.world.at(self.time).poses[index]
                 local = (points - pose.position) @ pose.matrix
-                depth = float(np.log(field_of_elements(body.surface_elements(self.time), local)[0].max()))
-                if depth > OVERLAP:
+                if field_of_elements(body.surface_elements(self.time), local)[0].max() > OVERLAP:
                     other = f"Body {index}" + (f" ({body.name})" if body.name else "")
                     raise InputError(
                         f"{start.name} and {other} overlap at the start, time {self.time:g}; move them apart"
@@ -189,56 +186,33 @@ class FreeBodies:
 
     def potential_energy(self) -> float:
         """Of all free bodies in the gravity and the contacts of the prescribed ones and of each other, now."""
+        return self._acting(self._gravity, self._surfaces, self._masses, self._shells, self._state)
+
+    def _acting(self, gravity, surfaces, masses, shells, state):
+        """The potential energy now; sets the state's forces and torques."""
         energy = wp.empty(1, dtype=wp.float64, device=HOST)
-        inputs = [*self._tables(np.array([self.time])), self._masses, self._shells, self._state]
+        inputs = [*prescribed_tables(gravity, surfaces, np.array([self.time])), masses, shells, state]
         launch(energy_kernel(*self._kinds), 1, inputs, [energy], device=HOST, threads=1)
         return float(energy.numpy()[0])
 
-
-def _started(starts) -> Rigids:
-    state = Rigids()
-    motions = [start.body.motion for start in starts]
-    q = np.array([start.turn for start in starts])
-    turns = quaternion.matrices(q)
-    local = np.einsum("bji,bj->bi", turns, [motion.angular_velocity for motion in motions])
-    moments = np.array([start.moments for start in starts])
-    state.x = _array([start.center for start in starts], wp.vec3d)
-    state.p = _array([s.mass * np.array(m.velocity) for m, s in zip(motions, starts, strict=True)], wp.vec3d)
-    state.q = _array(q[:, [1, 2, 3, 0]], wp.quatd)
-    state.spin = _array(np.einsum("bij,bj->bi", turns, moments * local), wp.vec3d)
-    state.e = _array(0.5 * np.sum(moments * local**2, axis=1), wp.float64)
-    state.e_rest = wp.zeros(len(starts), dtype=wp.float64, device=HOST)
-    for name in ("x_rest", "p_rest", "spin_rest", "force", "torque"):
-        setattr(state, name, wp.zeros(len(starts), dtype=wp.vec3d, device=HOST))
-    return state
-
-
-def _masses(starts) -> Masses:
-    masses = Masses()
-    points, weights = zip(*(start.mass_points() for start in starts), strict=True)
-    masses.mass = _array([start.mass for start in starts], wp.float64)
-    masses.inverse = _array([1.0 / start.moments for start in starts], wp.vec3d)
-    masses.points, masses.first_point = _array(np.concatenate(points), wp.vec3d), _firsts(points)
-    masses.weights = _array(np.concatenate(weights), wp.float64)
-    _pack_rows(masses, [start.gravity_elements() for start in starts], cells.WIDTH)
-    return masses
-
-
-def _shells(starts, stiffnesses) -> Shells:
-    shells = Shells()
-    found = [start.shell for start in starts if start.shell]
-    weights = [k * start.shell.areas for start, k in zip(starts, stiffnesses, strict=True) if start.shell]
-    before = np.cumsum([0, *(len(shell.points) for shell in found)])
-    ends = [shell.ends + first for shell, first in zip(found, before, strict=False)]
-    shells.points = _array(np.concatenate([np.zeros((0, 3)), *(shell.points for shell in found)]), wp.vec3d)
-    shells.weights = _array(np.concatenate([[], *weights]), wp.float64)
-    shells.blocks = _array(np.concatenate([np.zeros((0, 4)), *(shell.blocks for shell in found)]), wp.vec4d)
-    shells.block_end = wp.array(np.concatenate([[], *ends]), dtype=wp.int32, device=HOST)
-    shells.first_block = _firsts([start.shell.ends if start.shell else () for start in starts])
-    _pack_rows(shells, [start.surface_elements() for start in starts], cells.WIDTH + 1)
-    reach = [np.linalg.norm(start.shell.points, axis=1).max() if start.shell else 0.0 for start in starts]
-    shells.reach = _array(1.01 * np.array(reach), wp.float64)
-    return shells
+    def wrench(self, source: int, b: int) -> tuple[np.ndarray, np.ndarray]:
+        """Force (3,) and torque (3,) about its centre of mass, world frame, of body `source` of the world on body b."""
+        alone, chosen = World(), [b]
+        if source in self._number:
+            chosen = sorted({b, self._number[source]})
+        else:
+            alone.add_body(self.world.bodies[source])
+        if len(chosen) == 1 and source in self._number:
+            return np.zeros(3), np.zeros(3)
+        starts = [self.starts[k] for k in chosen]
+        gravity, surfaces = (Sources(alone, role, self.time, prescribed=True) for role in ("gravity", "surface"))
+        shells = shells_of(starts, [self.stiffnesses[k] for k in chosen])
+        state = state_of(starts)
+        state.x = host_array(self._state.x.numpy()[chosen], wp.vec3d)
+        state.q = host_array(self._state.q.numpy()[chosen], wp.quatd)
+        self._acting(gravity, surfaces, masses_of(starts), shells, state)
+        place = chosen.index(b)
+        return state.force.numpy()[place].copy(), state.torque.numpy()[place].copy()
 
 
 def _splitting(method) -> Splitting:
@@ -249,23 +223,6 @@ def _splitting(method) -> Splitting:
             "fs.Leapfrog(dt)"
         )
     splitting = Splitting()
-    splitting.kicks = _array(method.kicks, wp.float64)
-    splitting.drifts = _array(method.drifts, wp.float64)
+    splitting.kicks = host_array(method.kicks, wp.float64)
+    splitting.drifts = host_array(method.drifts, wp.float64)
     return splitting
-
-
-def _array(values, dtype):
-    return wp.array(np.asarray(values, dtype=float), dtype=dtype, device=HOST)
-
-
-def _firsts(parts):
-    """Where each part begins in all together, and the end of the last."""
-    return wp.array(np.cumsum([0, *(len(part) for part in parts)]), dtype=wp.int32, device=HOST)
-
-
-def _pack_rows(table, parts, width):
-    """Elements of all bodies into a table's rows, kinds and first_row."""
-    rows = np.concatenate([np.zeros((0, width)), *(part.rows for part in parts if len(part))])
-    table.rows = wp.array(rows, dtype=wp.float64, device=HOST)
-    table.kinds = wp.array(cells.concatenate(parts).kinds, dtype=wp.int32, device=HOST)
-    table.first_row = _firsts(parts)

@@ -9,6 +9,7 @@ import warp as wp
 from fieldsim import validate
 from fieldsim.dynamics.integrators import Leapfrog
 from fieldsim.dynamics.rigid import FreeBodies
+from fieldsim.dynamics.rigid_diagnostics import Wrenches, wrenches
 from fieldsim.dynamics.sources import Sources, field_and_gradient, upload
 from fieldsim.dynamics.steps import Balls, contact_kernel, leapfrog_kernel, release_kernel
 from fieldsim.dynamics.surfaces import Surfaces
@@ -24,7 +25,7 @@ LAUNCH_ROWS = 65_536
 
 
 class Simulation:
-    """A world's particles in motion, as test particles: bodies pull them, they do not pull back.
+    """A world's free bodies and particles in motion; particles are test particles: bodies pull them, not they bodies.
 
     integrator: `Leapfrog(dt)`. time: where it starts. device: "cpu" (default), "cuda", ...; threads: CPU threads (all
     cores unless told). State is float64. The same inputs give the same bytes, whatever the number of threads.
@@ -160,6 +161,10 @@ class Simulation:
     def bodies(self) -> FreeBodies:
         """The free bodies: their state, energies, momenta and wrenches."""
         return self._free
+
+    def wrenches(self) -> Wrenches:
+        """Forces and torques of every body on every free one, now, world frame."""
+        return wrenches(self._free)
 
     def snapshot(self) -> Snapshot:
         """The present moment."""

@@ -20,9 +20,9 @@ def build(height: float = 1.3, tilt: float = 50.0, aside: float = 0.12) -> fs.Sc
         position=(aside, 0, height), rotation=turned.rotation, angular_velocity=(0.4, 0.2, 0.3), inertia="solid"
     )
     cigar = fs.Segment((0, 0, -0.35), (0, 0, 0.35))
-    leaf = fs.Material("olivedrab", radius=0.09, blobbiness=-10)
+    leaf = fs.Material("gold", radius=0.09, blobbiness=-10)
     world.add_body(fs.Body(cigar, mass=0.01, surface=leaf, motion=start, name="cigar"))
-    camera = fs.Camera.orbit(look_at=(0, 0, 0), radius=4.6, height=1.7, period=60, fov=38)
+    camera = fs.Camera.orbit(look_at=(0, 0, 0), radius=3.9, height=2.0, period=60, fov=40)
     return fs.Scenario(world, camera, integrator=fs.Leapfrog(dt=5e-4), duration=14.0, fps=30)
 
 

@@ -26,9 +26,9 @@ def cross(name, color, side, speed, spin):
 def build(speed: float = 0.55, spin: float = 0.5) -> fs.Scenario:
     world = fs.World(background=fs.Background(stars=0.2))
     circular = math.sqrt(1.0 / (2 * 3.2))
-    world.add_body(cross("blue", "slateblue", 1, speed * circular, spin))
+    world.add_body(cross("blue", "cornflowerblue", 1, speed * circular, spin))
     world.add_body(cross("amber", "amber", -1, speed * circular, spin))
-    camera = fs.Camera.orbit(look_at=(0, 0, 0), radius=6.2, height=2.6, period=80, fov=40)
+    camera = fs.Camera.orbit(look_at=(0, 0, 0), radius=4.9, height=2.0, period=120, fov=40)
     return fs.Scenario(world, camera, integrator=fs.Leapfrog(dt=1e-3), duration=24.0, fps=30)
 
 

@@ -16,8 +16,8 @@ from fieldsim.potentials.solid import Face
 from fieldsim.potentials.tapered import TaperedSegment
 from fieldsim.potentials.triangle import Triangle
 
-# Points along one length at most.
-MOST = 64
+# Points at most along one length of a curve, a surface, a solid.
+MOST = {1: 64, 2: 16, 3: 6}
 # So many points along a length give moments of mass to rounding, also those of whole circles.
 EXACT = 24
 
@@ -95,7 +95,7 @@ def enough(primitive, clearance: float, tolerance: float) -> int:
     """Points along a primitive that give its pull on what is `clearance` away to a relative error of `tolerance`.
 
     Gauss's rule of n points errs by rho^(-2n), rho = the half axes' sum of the largest ellipse around the interval that
-    meets nothing singular (Trefethen 2008); even points on a circle err by exp(-n eta).
+    meets nothing singular (Trefethen 2008); even points on a circle err by exp(-n eta). No more than MOST.
     """
     needed = math.log(1.0 / tolerance)
     if isinstance(primitive, Point):
@@ -109,7 +109,7 @@ def enough(primitive, clearance: float, tolerance: float) -> int:
             else (clearance / (0.5 * _size(primitive)))
         )
         count = needed / (2.0 * math.asinh(half))
-    return max(3, min(MOST, math.ceil(count)))
+    return max(3, min(MOST[primitive.dimension], math.ceil(count)))
 
 
 def _size(primitive):

@@ -9,7 +9,7 @@ import warnings
 import numpy as np
 import warp as wp
 
-from fieldsim.dynamics.rigid_body import FreeBody, free_body
+from fieldsim.dynamics.rigid_body import FreeBody, free_body, log_slope
 from fieldsim.dynamics.rigid_steps import Splitting, energy_kernel, rigid_kernel
 from fieldsim.dynamics.rigid_tables import HOST, host_array, masses_of, prescribed_tables, shells_of, state_of
 from fieldsim.dynamics.rigid_track import Track
@@ -44,10 +44,12 @@ class FreeBodies:
         self._shells = shells_of(self.starts, [0.0] * len(self))
         self._refuse_overlaps()
         budget = self.kinetic_energies.sum() + abs(self.potential_energy())
-        self.stiffnesses = [start.stiffness(budget) if start.shell else 0.0 for start in self.starts]
+        surfaces = [body.surface.at(time) for body in world.bodies if body.surface is not None]
+        gentlest = min(map(log_slope, surfaces), default=0.0)
+        self.stiffnesses = [start.stiffness(budget, gentlest) if start.shell else 0.0 for start in self.starts]
         self._shells = shells_of(self.starts, self.stiffnesses)
-        hardest = (s.quickest(k, budget) for s, k in zip(self.starts, self.stiffnesses, strict=True) if k)
-        self._quickest = max(hardest, default=0.0)
+        hardest = zip(self.starts, self.stiffnesses, strict=True)
+        self._quickest = max((s.quickest(k, budget, gentlest) for s, k in hardest if k), default=0.0)
         self._warned = False
         self._track = self._tracked([time], self._state.x.numpy()[None], self._state.q.numpy()[None])
 

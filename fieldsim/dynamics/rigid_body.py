@@ -12,6 +12,7 @@ from fieldsim.dynamics.shells import Shell, shell, spacing
 from fieldsim.dynamics.surfaces import with_reach
 from fieldsim.errors import InputError
 from fieldsim.potentials import cells
+from fieldsim.potentials.kernels import Gaussian
 from fieldsim.world import quaternion
 from fieldsim.world.motion import Pose
 
@@ -87,22 +88,30 @@ class FreeBody:
         """How deep the hardest hit that the start's energy allows may press into its surface: a tenth of its radius."""
         return 0.1 * self.body.surface.radius
 
-    def stiffness(self, energy: float) -> float:
-        """Energy per area at which a hit of `energy` presses in by `depth`, unless told.
+    def _hardness(self, slope):
+        """U / (stiffness d^4) of two equal surfaces of this radius R that overlap by d, where log F rises by `slope`.
 
-        Where bodies of radius R overlap by depth d they do so on an area of about pi R d, with log F = slope d.
+        They do so on an area of pi R d, over which the cube of the depth has the mean d^3 / 4.
         """
-        told = self.body.motion.stiffness
-        if told is not None:
-            return told
-        d = self.depth
-        return 3.0 * (energy or 1.0) / (math.pi * self.body.surface.radius * d * (self.shell.slope * d) ** 3)
+        return math.pi * self.body.surface.radius * slope**3 / 12.0
 
-    def quickest(self, stiffness: float, energy: float) -> float:
-        """Angular frequency of the contact in the hardest hit: of U ~ d^4 at the depth d where U is `energy`."""
-        hard = stiffness * math.pi * self.body.surface.radius * self.shell.slope**3 / 3.0
-        depth = (energy / hard) ** 0.25
+    def stiffness(self, energy: float, slope: float) -> float:
+        """Energy per area with which a hit of `energy` presses in by `depth` of a surface of `slope`, unless told."""
+        told = self.body.motion.stiffness
+        return told or (energy or 1.0) / (self._hardness(slope) * self.depth**4)
+
+    def quickest(self, stiffness: float, energy: float, slope: float) -> float:
+        """Angular frequency of contact in a hit of `energy`: of U ~ d^4 at the depth d where U is `energy`."""
+        depth = (energy / (stiffness * self._hardness(slope))) ** 0.25
         return math.sqrt(12.0 * energy / self.mass) / depth if depth else 0.0
+
+
+def log_slope(material) -> float:
+    """How fast log F falls at the surface of a material at least (of a point it is steeper for a Cauchy)."""
+    kernel, radius = material.surface_kernel, material.radius
+    if isinstance(kernel, Gaussian):
+        return 2.0 * kernel.a**2 * radius
+    return 2.0 * kernel.s**2 * radius / (1.0 + (kernel.s * radius) ** 2)
 
 
 def free_body(index, body) -> FreeBody:

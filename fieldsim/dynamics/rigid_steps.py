@@ -20,7 +20,9 @@ from fieldsim.dynamics.sources import Stages
 
 _rotor = free_rotor.warp(wp.float64)
 HALF = wp.constant(wp.float64(0.5))
-# A correction of the turn is one of rounding if it is below this share of the distance to where the energy is extreme.
+# A correction of the turn is one of rounding if it is a small angle, and a small share of that to where the energy is
+# extreme (a sphere's is everywhere).
+SMALL = wp.constant(wp.float64(1e-9))
 ROUNDING = wp.constant(wp.float64(1e-6))
 
 
@@ -77,7 +79,8 @@ def lift(m: wp.vec3d, inverse: wp.vec3d, energy: wp.float64):
     steep = wp.dot(slope, slope)
     lacking = energy - now
     change = wp.vec3d()
-    if wp.abs(lacking) * (inverse[0] - inverse[2]) < ROUNDING * steep:
+    near = wp.abs(lacking) * (inverse[0] - inverse[2]) < ROUNDING * steep
+    if near and lacking * lacking < SMALL * SMALL * wp.dot(m, m) * steep:
         change = (lacking / steep) * slope
     return change
 

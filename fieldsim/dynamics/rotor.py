@@ -112,8 +112,6 @@ def free_rotor(m1: real, m2: real, m3: real, a1: real, a2: real, a3: real, t: re
     a12 = a1 - a2
     a23 = a2 - a3
     a13 = a1 - a3
-    p = a23 * (a13 * m3 * m3 + a12 * m2 * m2)
-    n = a12 * (a13 * m1 * m1 + a23 * m2 * m2)
     # Which of the axes 1 and 3 the angular momentum circles: its component there keeps its sign.
     first = a12 * m1 * m1 > a23 * m3 * m3
     axis = m3
@@ -125,11 +123,14 @@ def free_rotor(m1: real, m2: real, m3: real, a1: real, a2: real, a3: real, t: re
         lack = -(a12 * m2 * m2 + a13 * m3 * m3)
     sign = math.copysign(real(1.0), axis)
     v0, v1, v2, v3 = _onto(m1 / g, m2 / g, m3 / g, first, sign)
-    panels = int(math.ceil(math.sqrt(max(p, n)) * abs(t) / real(PANEL)))  # noqa: RUF046 - a float to Warp
-    panels = max(panels, 1)
+    rate = math.sqrt(max(a23 * (a13 * m3 * m3 + a12 * m2 * m2), a12 * (a13 * m1 * m1 + a23 * m2 * m2)))
+    panels = max(int(math.ceil(rate * abs(t) / real(PANEL))), 1)  # noqa: RUF046 - a float to Warp
     h = t / real(panels)
     waited = real(0.0)
     for _ in range(panels):
+        # Constants, but those of what rounding has made of m: else its errors would grow near the separatrix.
+        p = a23 * (a13 * m3 * m3 + a12 * m2 * m2)
+        n = a12 * (a13 * m1 * m1 + a23 * m2 * m2)
         for k in range(6):
             place, weight = _node(k)
             n1, _n2, n3 = _turned(m1, m2, m3, a12, a23, a13, p, n, place * h)

@@ -20,14 +20,12 @@ class Shell:
     """points (n, 3) on a surface F = 1 with their shares of its area (n,), block by block.
 
     blocks (m, 4): centre and radius of a sphere around the points of each; ends (m,): where each block's points end.
-    slope: mean of |grad log F| over the surface.
     """
 
     points: np.ndarray
     areas: np.ndarray
     blocks: np.ndarray
     ends: np.ndarray
-    slope: float
 
     @property
     def area(self) -> float:
@@ -50,19 +48,18 @@ def shell(elements, low, high, step: float) -> Shell:
     for _ in range(12):
         points = points - _to_surface(elements, points, step)
     field, gradient = field_of_elements(elements, points)
-    slope = np.linalg.norm(gradient, axis=1) / field
     found = np.abs(np.log(field)) < 1e-6
     if not found.any():
         raise InputError("no surface F = 1 was found; give its material a larger radius")
     normals = gradient[found] / np.linalg.norm(gradient[found], axis=1)[:, None]
     areas = step**2 / np.abs(normals).sum(axis=1)
-    points, slope = points[found], float(slope[found].mean())
+    points = points[found]
     order, ends = _blocks(points)
     points, areas = points[order], areas[order]
     parts = np.split(points, ends[:-1])
     centers = [0.5 * (part.min(axis=0) + part.max(axis=0)) for part in parts]
     radii = [np.linalg.norm(part - c, axis=1).max() for part, c in zip(parts, centers, strict=True)]
-    return Shell(points, areas, np.column_stack([centers, radii]), ends, slope)
+    return Shell(points, areas, np.column_stack([centers, radii]), ends)
 
 
 def _cut_cells(elements, low, high, step):

@@ -21,7 +21,8 @@ class Rigid(Pose):
     inertia: "skeleton": the mass lies on the skeleton; "solid": it fills the body's surface evenly; or a matrix (3, 3)
     about the centre of mass, in the body's frame. mass: resists acceleration, the body's own unless told. center: the
     centre of mass in the body's frame, the skeleton's or the solid's unless told.
-    stiffness: energy per unit of area of contacts; see `fieldsim.dynamics.rigid_contact`.
+    stiffness: energy per area of contacts (see `fieldsim.dynamics.rigid_contact`); unless told, such that the hardest
+    hit that the energy of all bodies at the start allows presses two surfaces into each other by a tenth of the radius.
 
     A point, or a straight line, has no inertia about itself, and nothing there turns it: a point moves as a particle,
     a line does not spin about itself. Raises InputError for a mass that is not above 0 and for a matrix that is not

@@ -108,6 +108,8 @@ class EnergyLog:
         pulling = [body for body in simulation.world.bodies if body.gravity is not None]
         self._spin = common_spin(simulation.world)
         still = not any(body.moving or _changing(body) for body in pulling)
+        if any(particles.gravity is not None for particles in simulation.world.particles):
+            still, self._spin = False, None
         self.invariant = "energy" if still else "Jacobi integral" if self._spin else ""
         self._largest = 0.0
         self._squares = 0.0

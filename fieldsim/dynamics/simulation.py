@@ -8,6 +8,7 @@ import warp as wp
 
 from fieldsim import validate
 from fieldsim.dynamics.integrators import Leapfrog
+from fieldsim.dynamics.mutual import MutualGravity
 from fieldsim.dynamics.rigid import FreeBodies
 from fieldsim.dynamics.rigid_diagnostics import Wrenches, wrenches
 from fieldsim.dynamics.sources import Sources, field_and_gradient, upload
@@ -25,7 +26,7 @@ LAUNCH_ROWS = 65_536
 
 
 class Simulation:
-    """A world's free bodies and particles in motion; particles are test particles: bodies pull them, not they bodies.
+    """A world's free bodies and particles in motion; bodies pull particles, not particles bodies.
 
     integrator: `Leapfrog(dt)`. time: where it starts. device: "cpu" (default), "cuda", ...; threads: CPU threads (all
     cores unless told). State is float64. The same inputs give the same bytes, whatever the number of threads.
@@ -42,6 +43,7 @@ class Simulation:
         self.steps_done = 0
         self._free = FreeBodies(world, self.time)
         self._gravity = Sources(world, "gravity", self.time, self._free.poses)
+        self._mutual = MutualGravity(world, self.device, threads)
         self._sizes = [len(particles) for particles in world.particles]
         self._x = self._upload([particles.positions for particles in world.particles])
         self._v = self._upload([particles.velocities for particles in world.particles])
@@ -127,7 +129,7 @@ class Simulation:
     @property
     def _steps_per_launch(self):
         """Launches are kept short enough for small tables and a prompt answer to Ctrl-C."""
-        by_work = LAUNCH_WORK // max(1, len(self._x) * len(self._gravity))
+        by_work = LAUNCH_WORK // max(1, len(self._x) * (len(self._gravity) + len(self._mutual)))
         by_rows = LAUNCH_ROWS // max(1, len(self._gravity.moving_kinds))
         return max(1, min(LAUNCH_STEPS, by_work, by_rows))
 
@@ -136,6 +138,10 @@ class Simulation:
         if self._free:
             self._free.leap(times, dt, self.integrator)
         gravity = upload(self._gravity, times, self.device, self._still) if self._gravity.moving else self._still
+        if self._mutual:
+            self._mutual.leap(self._x, self._v, steps, dt, self.integrator, gravity, self._gravity.kinds_used)
+            self.steps_done += steps * len(self._x)
+            return
         state = [self._x, self._v, self._a]
         if self._surfaces:
             kernel = contact_kernel(self._gravity.kinds_used, self._surfaces.sources.kinds_used)

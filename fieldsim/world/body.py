@@ -114,9 +114,11 @@ class Bounce:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Particles:
-    """A set of test particles as they start: positions and velocities (N, 3) in the world's frame.
+    """A set of particles as they start: positions and velocities (N, 3) in the world's frame.
 
     radius: of the sphere that is seen and that collides; contact: a Bounce, or None to pass through everything.
+    gravity: the kernel with which each pulls all others, with its mass; None: they are test particles. G: gravitational
+    constant.
     """
 
     positions: np.ndarray
@@ -125,6 +127,9 @@ class Particles:
     contact: Bounce | None = None
     color: object = "bone"
     name: str = ""
+    gravity: Kernel | None = None
+    mass: float = 1.0
+    G: float = 1.0
 
     def __post_init__(self):
         positions = validate.points("Particles", "positions", self.positions)
@@ -139,6 +144,10 @@ class Particles:
         object.__setattr__(self, "radius", validate.number("Particles", "radius", self.radius, above=0.0))
         if self.contact is not None and not isinstance(self.contact, Bounce):
             raise InputError(f"Particles: contact is {self.contact!r}; give fs.Bounce(restitution) or None")
+        if self.gravity is not None and not isinstance(self.gravity, Kernel):
+            raise InputError(f"Particles: gravity is {self.gravity!r}; give a kernel such as fs.Newtonian(), or None")
+        for name in ("mass", "G"):
+            object.__setattr__(self, name, validate.number("Particles", name, getattr(self, name)))
         color_rgb("Particles", self.color)
 
     def __len__(self) -> int:

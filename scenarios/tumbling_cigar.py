@@ -10,7 +10,7 @@ import math
 import fieldsim as fs
 
 
-def build(height: float = 1.3, tilt: float = 50.0, aside: float = 0.12) -> fs.Scenario:
+def build(height: float = 1.3, tilt: float = 70.0, aside: float = 0.5) -> fs.Scenario:
     world = fs.World(background=fs.Background(stars=0.1))
     ring = fs.Circle(center=(0, 0, 0), normal=(0, 0, 1), radius=1.0)
     clay = fs.Material("terracotta", radius=0.25, blobbiness=-10)

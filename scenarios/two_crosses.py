@@ -28,7 +28,7 @@ def build(speed: float = 0.55, spin: float = 0.5) -> fs.Scenario:
     circular = math.sqrt(1.0 / (2 * 3.2))
     world.add_body(cross("blue", "cornflowerblue", 1, speed * circular, spin))
     world.add_body(cross("amber", "amber", -1, speed * circular, spin))
-    camera = fs.Camera.orbit(look_at=(0, 0, 0), radius=4.9, height=2.0, period=120, fov=40)
+    camera = fs.Camera.orbit(look_at=(0, 0, 0), radius=5.4, height=2.2, period=120, fov=40)
     return fs.Scenario(world, camera, integrator=fs.Leapfrog(dt=1e-3), duration=24.0, fps=30)
 
 

@@ -274,6 +274,31 @@ def test_a_body_rests_on_what_it_fell_on_no_deeper_than_stated():
     np.testing.assert_allclose(simulation.bodies.centers[0][:2], 0.0, atol=0.02)
 
 
+def test_surfaces_are_as_smooth_as_stated():
+    """However a cigar is rolled, the same energy presses it into another equally deep, to a fiftieth of its radius."""
+    ground = fs.Body(ROD, surface=fs.Material(radius=1.0))
+    cigar = fs.Segment((-0.5, 0, 0), (0.5, 0, 0))
+    motion = fs.Rigid((0, 0, 3.0), inertia="solid", stiffness=1.0)
+    bodies = FreeBodies(world_of(ground, fs.Body(cigar, surface=fs.Material(radius=0.3), motion=motion)), 0.0)
+
+    def energy(height, roll):
+        turn = bodies.starts[0].turn
+        q = product(turn, (math.cos(roll / 2), math.sin(roll / 2), 0, 0))  # the first principal axis lies along it
+        bodies._state.q = wp.array([q[[1, 2, 3, 0]]], dtype=wp.quatd, device="cpu")
+        bodies._state.x = wp.array([(0, 0, height)], dtype=wp.vec3d, device="cpu")
+        return bodies.potential_energy()
+
+    rolls = np.linspace(0.0, 2 * math.pi, 17)
+    given = energy(1.27, 0.0)
+    low, high = np.full(17, 1.2), np.full(17, 1.3)
+    for _ in range(20):
+        middle = 0.5 * (low + high)
+        deep = np.array([energy(*pair) for pair in zip(middle, rolls, strict=True)]) > given
+        low, high = np.where(deep, middle, low), np.where(deep, high, middle)
+    np.testing.assert_allclose(low, low.mean(), atol=0.02 * 0.3)
+    assert np.ptp(low) > 1e-6  # it did roll
+
+
 def test_runs_do_not_depend_on_how_they_are_cut(monkeypatch):
     ends = []
     for steps in (256, 7):

@@ -101,9 +101,12 @@ class FreeBody:
         return told or (energy or 1.0) / (self._hardness(slope) * self.depth**4)
 
     def quickest(self, stiffness: float, energy: float, slope: float) -> float:
-        """Angular frequency of contact in a hit of `energy`: of U ~ d^4 at the depth d where U is `energy`."""
+        """Angular frequency of contact in a hit of `energy`: of U ~ d^4 at the depth d where U is `energy`.
+
+        Its partner weighs as much at least, or the frequency is the partner's to tell.
+        """
         depth = (energy / (stiffness * self._hardness(slope))) ** 0.25
-        return math.sqrt(12.0 * energy / self.mass) / depth if depth else 0.0
+        return math.sqrt(24.0 * energy / self.mass) / depth if depth else 0.0
 
 
 def log_slope(material) -> float:

@@ -48,7 +48,7 @@ class Rigid(Pose):
             if getattr(self, name) is not None:
                 value = validate.number("Rigid", name, getattr(self, name), above=0.0)
                 object.__setattr__(self, name, value)
-        if self.inertia not in INERTIAS if isinstance(self.inertia, str) else True:
+        if not (isinstance(self.inertia, str) and self.inertia in INERTIAS):
             object.__setattr__(self, "inertia", _matrix(self.inertia))
 
 

@@ -70,6 +70,7 @@ from fieldsim.world.light import Background, DirectionalLight, PointLight
 from fieldsim.world.material import Material
 from fieldsim.world.motion import Keyframes, Pose, Spin, timeline
 from fieldsim.world.rig import Bone, Rig
+from fieldsim.world.rigid import Rigid
 from fieldsim.world.world import Snapshot, World
 
 __all__ = [
@@ -131,6 +132,7 @@ __all__ = [
     "Report",
     "Repulsion",
     "Rig",
+    "Rigid",
     "Scenario",
     "ScenarioError",
     "Section",

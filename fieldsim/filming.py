@@ -154,11 +154,13 @@ def _until_failure(snapshots, failures):
 
 def _snapshots(scenario, times, device, report):
     """The scenario's moments at `times`, and their part of the report."""
-    if not any(len(particles) for particles in scenario.world.particles):
-        yield from map(scenario.world.at, times)
+    world = scenario.world
+    some = any(len(particles) for particles in world.particles)
+    if not some and not any(body.free for body in world.bodies):
+        yield from map(world.at, times)
         return
     with report.simulating.running():
-        simulation = Simulation(scenario.world, scenario.integrator, device=device)
+        simulation = Simulation(world, scenario.integrator, device=device)
         log = EnergyLog(simulation)
     report.integrator = str(simulation.choice or simulation.integrator)
     for moment in times:
@@ -167,4 +169,5 @@ def _snapshots(scenario, times, device, report):
             log.record()
             snapshot = simulation.snapshot()
         yield snapshot
-    report.particle_steps, report.bounces, report.energy = simulation.steps_done, simulation.bounces, log.report()
+    if some:
+        report.particle_steps, report.bounces, report.energy = simulation.steps_done, simulation.bounces, log.report()

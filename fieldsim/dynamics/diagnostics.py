@@ -38,7 +38,7 @@ class Energy:
 def energy(snapshot) -> Energy:
     """Energies of a snapshot's particles at that time; potential = -F of gravity, plus that of a `Repulsion`."""
     x, v = _state(snapshot)
-    sources = Sources(snapshot.world, "gravity", snapshot.time)
+    sources = Sources(snapshot.world, "gravity", snapshot.time, snapshot.poses_at)
     points = wp.array(x, dtype=wp.vec3d, device="cpu")
     field, _ = field_and_gradient(sources, upload(sources, np.array([snapshot.time]), "cpu"), points)
     return Energy(0.5 * np.einsum("ij,ij->i", v, v), contact_energy(snapshot) - field.numpy())
@@ -131,7 +131,12 @@ class EnergyLog:
         pulling = [body for body in simulation.world.bodies if body.gravity is not None]
         self._spin = common_spin(simulation.world)
         still = not any(body.moving or _changing(body) for body in pulling)
-        follows = not still and not self._spin and isinstance(simulation.integrator, Splitting)
+        pulls = any(particles.gravity is not None for particles in simulation.world.particles)
+        if pulls or any(body.free for body in pulling):
+            still, self._spin = False, None
+        follows = not (still or self._spin or pulls or simulation.bodies) and isinstance(
+            simulation.integrator, Splitting
+        )
         self._work = Work(simulation) if follows else None
         kept = "energy" if still else "Jacobi integral" if self._spin else ""
         self.invariant = "energy less work" if self._work else kept

@@ -10,7 +10,10 @@ import warp as wp
 from fieldsim import validate
 from fieldsim.dynamics.auto import Auto, Choice, choose, integrator_of
 from fieldsim.dynamics.events import Events, balls_of, events_of
+from fieldsim.dynamics.mutual import MutualGravity
 from fieldsim.dynamics.radau import Radau, RadauRun
+from fieldsim.dynamics.rigid import FreeBodies
+from fieldsim.dynamics.rigid_diagnostics import Wrenches, wrenches
 from fieldsim.dynamics.sources import Sources, Stages, field_and_gradient, upload
 from fieldsim.dynamics.state import state_of
 from fieldsim.dynamics.steps import LANES, contact_kernel, method_of, release_kernel, splitting_kernel
@@ -28,7 +31,7 @@ LAUNCH_ROWS = 65_536
 
 
 class Simulation:
-    """A world's particles in motion, as test particles: bodies pull them, they do not pull back.
+    """A world's free bodies and particles in motion; bodies pull particles, not particles bodies.
 
     integrator: `Leapfrog()` unless told; "auto" is `Auto()`, in whose place comes its `choice`. time: where it starts.
     device: "cpu" (default), "cuda", ...; threads: CPU threads (all cores unless told). State is float64, with
@@ -51,13 +54,15 @@ class Simulation:
             self.integrator = self.choice.integrator
         self._steps_done = 0
         self._watchers = []
-        self._gravity = Sources(world, "gravity", self.time)
+        self._free = FreeBodies(world, self.time)
+        self._gravity = Sources(world, "gravity", self.time, self._free.poses)
+        self._mutual = MutualGravity(world, self.device, threads)
         self._sizes = [len(particles) for particles in world.particles]
         positions, velocities = ([getattr(p, name) for p in world.particles] for name in ("positions", "velocities"))
         self._state = state_of(
             *(np.concatenate([np.zeros((0, 3)), *sets]) for sets in (positions, velocities)), self.device
         )
-        self._surfaces = Surfaces(world, self.time) if any(p.contact for p in world.particles) else None
+        self._surfaces = self._surfaces_of(world)
         grain = self._surfaces.grain if self._surfaces else math.inf
         # Whether anything can happen to a particle but free motion.
         self._eventful = bool(self._surfaces) or world.escape_radius is not None
@@ -67,6 +72,11 @@ class Simulation:
             self._release()
         self.radau = None
         if isinstance(self.integrator, Radau):
+            if self._free or self._mutual:
+                raise InputError(
+                    "Simulation: Radau moves neither free bodies nor particles that pull each other; "
+                    "give a splitting such as fs.BlanesMoan6(dt)"
+                )
             start = self._state.x, self._state.v, self.time
             self.radau = RadauRun(self.integrator, world, self._gravity, *start, threads=threads)
         self._still = upload(self._gravity, np.array([self.time]), self.device)
@@ -76,6 +86,11 @@ class Simulation:
     def _count(self):
         """Number of particles."""
         return len(self._state.x)
+
+    def _surfaces_of(self, world):
+        """What particles may touch, or None."""
+        touching = any(particles.contact for particles in world.particles)
+        return Surfaces(world, self.time, self._free.poses) if touching else None
 
     @staticmethod
     def _kept(log):
@@ -137,7 +152,7 @@ class Simulation:
         count, dt = self.integrator.steps(until - self.time)
         start = self.time
         self._balls.begin = start
-        if self._count:
+        if self._count or self._free:
             for first in range(0, count, self._steps_per_launch):
                 steps = np.arange(first, min(first + self._steps_per_launch, count))
                 self._balls.first = first
@@ -158,7 +173,8 @@ class Simulation:
     def _steps_per_launch(self):
         """Launches are kept short enough for small tables and a prompt answer to Ctrl-C."""
         stages = len(self.integrator.drifts)
-        by_work = LAUNCH_WORK // (self._count * max(1, len(self._gravity)) * stages)
+        pulling = max(1, len(self._gravity) + len(self._mutual))
+        by_work = LAUNCH_WORK // (max(1, self._count) * pulling * stages)
         by_rows = LAUNCH_ROWS // (max(1, len(self._gravity.moving_kinds)) * stages)
         return max(1, min(LAUNCH_STEPS, by_work, by_rows))
 
@@ -168,9 +184,15 @@ class Simulation:
             watcher(self._gravity, self._state, steps, start, dt)
         integrator = self.integrator
         method = method_of(integrator, dt, self.device)
-        gravity = self._gravity_at(start + dt * moments(steps, integrator.nodes))
+        nodes = start + dt * moments(steps, integrator.nodes)
+        if self._free:
+            self._free.leap(nodes, dt, integrator)
+        gravity = self._gravity_at(nodes)
         options = {"device": self.device, "threads": self.threads}
-        if self._eventful:
+        if self._mutual:
+            state = self._state.x, self._state.v
+            self._mutual.leap(*state, len(steps), dt, integrator, gravity, self._gravity.kinds_used)
+        elif self._eventful:
             parts = np.linspace(0.0, 1.0, integrator.evaluations + 1)
             times = start + dt * moments(steps, parts)
             near = gravity if np.array_equal(parts, integrator.nodes) else self._gravity_at(times)
@@ -225,9 +247,19 @@ class Simulation:
         """What happened to the particles at surfaces so far: the latest `log` events of each."""
         return events_of(self._balls)
 
+    @property
+    def bodies(self) -> FreeBodies:
+        """The free bodies: their state, energies, momenta and wrenches."""
+        return self._free
+
+    def wrenches(self) -> Wrenches:
+        """Forces and torques of every body on every free one, now, world frame."""
+        return wrenches(self._free)
+
     def snapshot(self) -> Snapshot:
         """The present moment."""
-        poses = tuple(pose_at(body.motion, self.time) for body in self.world.bodies)
+        free = self._free.present
+        poses = tuple(free.get(i) or pose_at(body.motion, self.time) for i, body in enumerate(self.world.bodies))
         return Snapshot(self.world, self.time, poses, tuple(self.positions), tuple(self.velocities))
 
     def snapshots(self, times):

@@ -38,11 +38,16 @@ class Stages:
 
 
 class Sources:
-    """What a world's bodies contribute in one role ("gravity" or "surface")."""
+    """What a world's bodies contribute in one role ("gravity" or "surface").
 
-    def __init__(self, world, role: str, time: float):
+    free: function (index of a free body, times) -> its rotation matrices (stages, 3, 3) and positions (stages, 3),
+    where they start unless told. prescribed: leave the free bodies out.
+    """
+
+    def __init__(self, world, role: str, time: float, free=None, *, prescribed: bool = False):
         self._elements = ROLES[role]
-        bodies = list(enumerate(world.bodies))
+        self._free = free
+        bodies = [(index, body) for index, body in enumerate(world.bodies) if not (prescribed and body.free)]
         self._changing = [
             (index, body)
             for index, body in bodies
@@ -70,7 +75,7 @@ class Sources:
     def rows_at(self, times: np.ndarray) -> np.ndarray:
         """Rows of the changing elements, (stages, elements, WIDTH)."""
         parts = [
-            _rows_of(index, body, shape, self._elements, times)
+            _rows_of(index, body, shape, self._elements, times, self._free)
             for (index, body), shape in zip(self._changing, self._shapes, strict=True)
         ]
         return np.concatenate(parts, axis=1) if parts else np.zeros((len(times), 0, cells.WIDTH))
@@ -90,14 +95,14 @@ class Sources:
         return cells.Elements(cells.place(local.rows, pose.matrix, np.array(pose.position)), local.kinds, local.order)
 
 
-def _rows_of(index, body, shape, elements, times):
+def _rows_of(index, body, shape, elements, times, free):
     """Rows (stages, elements, WIDTH) of one moving or deforming body."""
     try:
         if body.deforming:
             local = np.stack([elements(body, time).rows for time in times])
         else:
             local = np.broadcast_to(shape.rows, (len(times), *shape.rows.shape))
-        rotations, positions = _poses(body.motion, times)
+        rotations, positions = free(index, times) if body.free and free else _poses(body.motion, times)
         return cells.place(local, rotations[:, None], positions[:, None])
     except InputError as reason:
         name = f" ({body.name})" if body.name else ""
@@ -225,6 +230,19 @@ def _field_kernel(kinds_used):
         gradient[i] = g
 
     return evaluate
+
+
+def field_of_elements(elements, points) -> tuple[np.ndarray, np.ndarray]:
+    """F (N,) and its gradient (N, 3) of packed elements at `points` (N, 3), in the elements' frame, on the host."""
+    stages = Stages()
+    stages.rows = wp.array(elements.rows, dtype=wp.float64, device="cpu")
+    stages.kinds = wp.array(elements.kinds, dtype=wp.int32, device="cpu")
+    points = wp.array(points, dtype=wp.vec3d, device="cpu")
+    value = wp.empty(len(points), dtype=wp.float64, device="cpu")
+    gradient = wp.empty(len(points), dtype=wp.vec3d, device="cpu")
+    kernel = _field_kernel((elements.kinds_used, ()))
+    launch(kernel, len(points), [points, stages], [value, gradient], device="cpu")
+    return value.numpy(), gradient.numpy()
 
 
 def field_and_gradient(sources: Sources, stages: Stages, points, *, threads=None):

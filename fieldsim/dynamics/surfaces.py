@@ -137,8 +137,8 @@ def sweeps(rows, kinds):
 class Surfaces:
     """The collidable surfaces of a world. grain: length over which the field of the thinnest varies little."""
 
-    def __init__(self, world, time: float):
-        self.sources = Sources(world, "surface", time)
+    def __init__(self, world, time: float, free=None):
+        self.sources = Sources(world, "surface", time, free)
         fixed = self.sources.fixed
         self._fixed_rows = with_reach(fixed.rows, fixed.kinds, len(self.sources))
         moving = self.sources.rows_at(np.array([time]))

@@ -14,6 +14,7 @@ from fieldsim.potentials.primitive import Primitive
 from fieldsim.world.contact import LAWS, Absorb, Bounce, Repulsion
 from fieldsim.world.material import Material, color_rgb
 from fieldsim.world.motion import IDENTITY, pose_at
+from fieldsim.world.rigid import Rigid
 
 
 @dataclasses.dataclass(frozen=True)
@@ -24,7 +25,8 @@ class Body:
     gravity: the kernel with which the body pulls (None: it does not); mass: spread evenly over the skeleton's measure,
     may be negative (antigravity) or a function of time; G: gravitational constant.
     surface: the Material of the surface that is seen and collides (None: invisible and intangible).
-    motion: a Pose, a Spin, Keyframes of positions, or any function of time giving a Pose or a position.
+    motion: a Pose, a Spin, Keyframes of positions, or any function of time giving a Pose or a position; or Rigid: a
+    free body, which the simulation moves by the forces on it.
     """
 
     skeleton: tuple[Primitive, ...]
@@ -45,11 +47,18 @@ class Body:
             object.__setattr__(self, "motion", pose_at(self.motion, 0.0))
         if self.gravity is not None:
             self.gravity_field()
+        if self.free and self.deforming:
+            raise InputError("Body: a free body's skeleton, mass and material are constant; give another motion")
+
+    @property
+    def free(self) -> bool:
+        """Whether forces move the body."""
+        return isinstance(self.motion, Rigid)
 
     @property
     def moving(self) -> bool:
-        """Whether the pose is a function of time."""
-        return callable(self.motion)
+        """Whether the pose changes with time."""
+        return self.free or callable(self.motion)
 
     @property
     def deforming(self) -> bool:
@@ -108,10 +117,12 @@ class Body:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Particles:
-    """A set of test particles as they start: positions and velocities (N, 3) in the world's frame.
+    """A set of particles as they start: positions and velocities (N, 3) in the world's frame.
 
     radius: of the sphere that is seen and that collides; contact: what happens at a surface, a Bounce, Absorb or
     Repulsion, or None to pass through everything. Particles do not touch each other.
+    gravity: the kernel with which each pulls all others, with its mass; None: they are test particles. G: gravitational
+    constant.
     """
 
     positions: np.ndarray
@@ -120,6 +131,9 @@ class Particles:
     contact: Bounce | Absorb | Repulsion | None = None
     color: object = "bone"
     name: str = ""
+    gravity: Kernel | None = None
+    mass: float = 1.0
+    G: float = 1.0
 
     def __post_init__(self):
         positions = validate.points("Particles", "positions", self.positions)
@@ -137,6 +151,10 @@ class Particles:
                 f"Particles: contact is {self.contact!r}; give fs.Bounce(restitution, friction), fs.Absorb(), "
                 "fs.Repulsion(stiffness) or None"
             )
+        if self.gravity is not None and not isinstance(self.gravity, Kernel):
+            raise InputError(f"Particles: gravity is {self.gravity!r}; give a kernel such as fs.Newtonian(), or None")
+        for name in ("mass", "G"):
+            object.__setattr__(self, name, validate.number("Particles", name, getattr(self, name)))
         color_rgb("Particles", self.color)
 
     def __len__(self) -> int:

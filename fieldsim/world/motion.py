@@ -9,7 +9,7 @@ import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import InputError
-from fieldsim.world import rotation
+from fieldsim.world import quaternion
 
 
 def value_at(value, time: float):
@@ -41,14 +41,7 @@ class Pose:
     @property
     def matrix(self) -> np.ndarray:
         """Rotation matrix R, (3, 3)."""
-        w, x, y, z = self.rotation
-        return np.array(
-            [
-                [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-                [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-            ]
-        )
+        return quaternion.matrices(self.rotation)
 
     def apply(self, points) -> np.ndarray:
         """Points (..., 3) of the body's frame, in the world's."""
@@ -56,7 +49,7 @@ class Pose:
 
     def __matmul__(self, inner: "Pose") -> "Pose":
         """The pose of what has the pose `inner` in the frame of a body that has this one."""
-        return Pose(tuple(self.apply(inner.position)), tuple(rotation.multiply(self.rotation, inner.rotation)))
+        return Pose(tuple(self.apply(inner.position)), tuple(quaternion.product(self.rotation, inner.rotation)))
 
     @property
     def is_identity(self) -> bool:
@@ -164,14 +157,14 @@ class Keyframes:
             return start
         turn = self._turns[k]
         if self.interpolation == "linear":
-            return rotation.multiply(start, rotation.exponential(u * turn))
-        first, last = (rotation.exponential(-slope * step / 3) for slope in self._slopes(k, self._turns))
-        between = rotation.multiply(rotation.multiply(first, rotation.exponential(turn)), last)
-        first, last = rotation.logarithm(rotation.inverse(first)), rotation.logarithm(rotation.inverse(last))
-        parts = ((1 - (1 - u) ** 3, first), (u * u * (3 - 2 * u), rotation.logarithm(between)), (u**3, last))
+            return quaternion.product(start, quaternion.exponential(u * turn))
+        first, last = (quaternion.exponential(-slope * step / 3) for slope in self._slopes(k, self._turns))
+        between = quaternion.product(quaternion.product(first, quaternion.exponential(turn)), last)
+        first, last = quaternion.logarithm(quaternion.inverse(first)), quaternion.logarithm(quaternion.inverse(last))
+        parts = ((1 - (1 - u) ** 3, first), (u * u * (3 - 2 * u), quaternion.logarithm(between)), (u**3, last))
         result = start
         for weight, vector in parts:
-            result = rotation.multiply(result, rotation.exponential(weight * vector))
+            result = quaternion.product(result, quaternion.exponential(weight * vector))
         return result
 
     def _slopes(self, k, changes):
@@ -201,7 +194,7 @@ def _split_poses(values):
 
 def _turn(p, q):
     """Rotation vector from rotation p to q, in the frame of p."""
-    return rotation.logarithm(rotation.multiply(rotation.inverse(p), q))
+    return quaternion.logarithm(quaternion.product(quaternion.inverse(p), q))
 
 
 def pose_at(motion, time: float) -> Pose:

@@ -71,6 +71,11 @@ class Snapshot:
     positions: tuple[np.ndarray, ...]
     velocities: tuple[np.ndarray, ...]
 
+    def poses_at(self, index: int, times) -> tuple[np.ndarray, np.ndarray]:
+        """Rotations (n, 3, 3) and positions (n, 3) of body `index`: those of this moment, at each of the n `times`."""
+        pose, count = self.poses[index], len(times)
+        return np.broadcast_to(pose.matrix, (count, 3, 3)), np.broadcast_to(pose.position, (count, 3))
+
     @functools.cached_property
     def surface(self) -> "Surface":
         """All bodies' surface elements in the world's frame; the surface is where their sum is 1."""

@@ -65,7 +65,7 @@ from fieldsim.render.image import Renderer, render
 from fieldsim.render.video import Film
 from fieldsim.scenario import Scenario, load
 from fieldsim.world.body import Body, Particles
-from fieldsim.world.contact import Absorb, Bounce, Repulsion, State
+from fieldsim.world.contact import Absorb, Bounce, Repulsion, Status
 from fieldsim.world.light import Background, DirectionalLight, PointLight
 from fieldsim.world.material import Material
 from fieldsim.world.motion import Keyframes, Pose, Spin, timeline
@@ -143,7 +143,7 @@ __all__ = [
     "SoftObject",
     "Spin",
     "Splitting",
-    "State",
+    "Status",
     "Suzuki4",
     "TaperedSegment",
     "Triangle",

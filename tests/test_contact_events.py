@@ -35,13 +35,13 @@ def test_every_particle_ends_up_in_the_books():
         assert sum(simulation.census().values()) == 120
     census, events, states = simulation.census(), simulation.events, np.concatenate(simulation.states)
     assert min(census["resting"], census["absorbed"], census["escaped"]) > 10
-    for kind, state in (("absorb", fs.State.ABSORBED), ("escape", fs.State.ESCAPED)):
+    for kind, state in (("absorb", fs.Status.ABSORBED), ("escape", fs.Status.ESCAPED)):
         np.testing.assert_array_equal(np.sort(events.particles[events.kinds == kind]), np.flatnonzero(states == state))
     positions = np.concatenate(simulation.positions)
     distance = np.linalg.norm(positions, axis=1)
-    np.testing.assert_allclose(distance[states == fs.State.ABSORBED], REST, atol=1e-10)
-    assert (distance[states == fs.State.RESTING] - REST < 1e-10).all()
-    gone = distance[states == fs.State.ESCAPED]
+    np.testing.assert_allclose(distance[states == fs.Status.ABSORBED], REST, atol=1e-10)
+    assert (distance[states == fs.Status.RESTING] - REST < 1e-10).all()
+    gone = distance[states == fs.Status.ESCAPED]
     # Beyond the radius by less than a step of the fastest.
     assert (gone > 4.0).all()
     assert (gone < 4.0 + 4e-3).all()
@@ -50,7 +50,7 @@ def test_every_particle_ends_up_in_the_books():
     np.testing.assert_allclose(np.linalg.norm(events.positions[taken], axis=1), 0.5, atol=1e-10)
     # Frozen: nothing of them changes any more.
     simulation.advance(21.0)
-    frozen = states >= fs.State.ABSORBED
+    frozen = states >= fs.Status.ABSORBED
     np.testing.assert_array_equal(np.concatenate(simulation.positions)[frozen], positions[frozen])
 
 

@@ -138,7 +138,7 @@ def test_an_hour_of_rest_on_the_donut_moves_nothing():
     simulation = fs.Simulation(donut(friction=1.0), fs.Leapfrog(2e-3), threads=1)
     simulation.advance(20.0)
     settled = simulation.positions[0].copy()
-    resting = simulation.states[0] == fs.State.RESTING
+    resting = simulation.states[0] == fs.Status.RESTING
     # Where the pull leans by more than 45 degrees from the normal they slide on; most do not.
     held = resting & ~simulation.velocities[0].any(axis=1)
     assert held.sum() >= 50

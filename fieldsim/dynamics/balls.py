@@ -2,12 +2,12 @@
 
 import warp as wp
 
-from fieldsim.world.contact import State
+from fieldsim.world.contact import Status
 
-MOVING = wp.constant(wp.int32(State.MOVING))
-RESTING = wp.constant(wp.int32(State.RESTING))
-ABSORBED = wp.constant(wp.int32(State.ABSORBED))
-ESCAPED = wp.constant(wp.int32(State.ESCAPED))
+MOVING = wp.constant(wp.int32(Status.MOVING))
+RESTING = wp.constant(wp.int32(Status.RESTING))
+ABSORBED = wp.constant(wp.int32(Status.ABSORBED))
+ESCAPED = wp.constant(wp.int32(Status.ESCAPED))
 
 # Contact laws, as numbers for kernels.
 NOTHING, BOUNCE, ABSORB, REPULSION = (wp.constant(wp.int32(k)) for k in range(4))
@@ -38,7 +38,7 @@ class Ball:
 class Balls:
     """All particles, (N,) each. What follows `mobilities` is written by kernels.
 
-    stiffnesses, reaches: of those that are repelled. states: see `State`. spins: angular velocities. bounces: contacts
+    stiffnesses, reaches: of those that are repelled. states: see `Status`. spins: angular velocities. bounces: contacts
     made. grain: the length over which the surfaces' fields vary little. escape2: the escape radius squared, or inf.
     begin, first: step k of a launch starts at begin + (first + k) dt.
 

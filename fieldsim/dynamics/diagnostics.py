@@ -15,7 +15,7 @@ from fieldsim.dynamics.repulsion import contact_energy
 from fieldsim.dynamics.sources import Sources, field_and_gradient, upload
 from fieldsim.dynamics.work import Work
 from fieldsim.errors import FieldsimWarning, InputError
-from fieldsim.world.contact import State
+from fieldsim.world.contact import Status
 from fieldsim.world.motion import Spin
 
 # A drift beyond this share of a particle's energies is no rounding: its steps were too long for what it passed.
@@ -160,7 +160,7 @@ class EnergyLog:
     @property
     def _judged(self):
         """Which particles never touched a surface, nor escaped and were stopped."""
-        escaped = np.concatenate(self._simulation.states) == State.ESCAPED
+        escaped = np.concatenate(self._simulation.states) == Status.ESCAPED
         return (np.concatenate(self._simulation.bounce_counts) == 0) & ~escaped
 
     def record(self) -> None:

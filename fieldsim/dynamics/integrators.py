@@ -12,6 +12,8 @@ import itertools
 import math
 from typing import ClassVar
 
+import numpy as np
+
 from fieldsim import validate
 from fieldsim.errors import InputError
 
@@ -65,6 +67,12 @@ class Splitting(Integrator):
             name = type(self).__name__
             raise InputError(f"{name}: dt is {self.dt:g}, too short for a duration of {duration:g}; give a longer dt")
         return count, duration / count if count else 0.0
+
+
+def moments(steps, nodes):
+    """The nodes of consecutive steps, one after the other, each end being the next start; unit: a step."""
+    inner = steps[:, None] + np.asarray(nodes)[:-1]
+    return np.append(inner.ravel(), steps[-1] + 1.0)
 
 
 def _mirrored(*half, middle=True):

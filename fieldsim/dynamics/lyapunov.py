@@ -12,8 +12,9 @@ import numpy as np
 import warp as wp
 
 from fieldsim import validate
+from fieldsim.dynamics.integrators import moments
 from fieldsim.dynamics.section import refuse_contact, splitting_for
-from fieldsim.dynamics.simulation import Simulation, moments
+from fieldsim.dynamics.simulation import Simulation
 from fieldsim.dynamics.sources import Stages, hessian_at
 from fieldsim.dynamics.state import State, added
 from fieldsim.dynamics.steps import Method, Particle, method_of, particle_at, put

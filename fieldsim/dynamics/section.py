@@ -7,8 +7,8 @@ import numpy as np
 import warp as wp
 
 from fieldsim import validate
-from fieldsim.dynamics.integrators import Leapfrog, Splitting
-from fieldsim.dynamics.simulation import Simulation, moments
+from fieldsim.dynamics.integrators import Leapfrog, Splitting, moments
+from fieldsim.dynamics.simulation import Simulation
 from fieldsim.dynamics.sources import Stages, field_at
 from fieldsim.dynamics.state import State
 from fieldsim.dynamics.steps import Method, advance_of, method_of, part_of, particle_at, put

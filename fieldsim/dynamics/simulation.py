@@ -10,6 +10,7 @@ import warp as wp
 from fieldsim import validate
 from fieldsim.dynamics.auto import Auto, Choice, choose, integrator_of
 from fieldsim.dynamics.events import Events, balls_of, events_of
+from fieldsim.dynamics.integrators import moments
 from fieldsim.dynamics.mutual import MutualGravity
 from fieldsim.dynamics.radau import Radau, RadauRun
 from fieldsim.dynamics.rigid import FreeBodies
@@ -20,7 +21,7 @@ from fieldsim.dynamics.steps import LANES, contact_kernel, method_of, release_ke
 from fieldsim.dynamics.surfaces import Surfaces
 from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
 from fieldsim.launch import device_named, launch
-from fieldsim.world.contact import State
+from fieldsim.world.contact import Status
 from fieldsim.world.motion import pose_at
 from fieldsim.world.world import Snapshot
 
@@ -229,7 +230,7 @@ class Simulation:
 
     @property
     def states(self) -> list[np.ndarray]:
-        """What each particle does, (N,) int32 of `State` per set of particles."""
+        """What each particle does, (N,) int32 of `Status` per set of particles."""
         return self._sets(self._balls.states)
 
     @property
@@ -239,8 +240,8 @@ class Simulation:
 
     def census(self) -> dict[str, int]:
         """How many particles are moving, resting, absorbed and escaped; together, all of them."""
-        counts = np.bincount(self._balls.states.numpy(), minlength=len(State))
-        return {state.name.lower(): int(counts[state]) for state in State}
+        counts = np.bincount(self._balls.states.numpy(), minlength=len(Status))
+        return {state.name.lower(): int(counts[state]) for state in Status}
 
     @property
     def events(self) -> Events:
@@ -270,9 +271,3 @@ class Simulation:
         for time in times:
             self.advance(time)
             yield self.snapshot()
-
-
-def moments(steps, nodes):
-    """The nodes of consecutive steps, one after the other, each end being the next start; unit: a step."""
-    inner = steps[:, None] + np.asarray(nodes)[:-1]
-    return np.append(inner.ravel(), steps[-1] + 1.0)

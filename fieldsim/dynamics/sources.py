@@ -83,8 +83,8 @@ class Sources:
     def poses_at(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Rotations (stages, elements, 3, 3) and positions (stages, elements, 3) of the changing elements' bodies."""
         rotations, positions = [np.zeros((len(times), 0, 3, 3))], [np.zeros((len(times), 0, 3))]
-        for (_, body), shape in zip(self._changing, self._shapes, strict=True):
-            turned, moved = _poses(body.motion, times)
+        for (index, body), shape in zip(self._changing, self._shapes, strict=True):
+            turned, moved = _poses(index, body, times, self._free)
             rotations.append(np.repeat(turned[:, None], len(shape), axis=1))
             positions.append(np.repeat(moved[:, None], len(shape), axis=1))
         return np.concatenate(rotations, axis=1), np.concatenate(positions, axis=1)
@@ -102,15 +102,18 @@ def _rows_of(index, body, shape, elements, times, free):
             local = np.stack([elements(body, time).rows for time in times])
         else:
             local = np.broadcast_to(shape.rows, (len(times), *shape.rows.shape))
-        rotations, positions = free(index, times) if body.free and free else _poses(body.motion, times)
+        rotations, positions = _poses(index, body, times, free)
         return cells.place(local, rotations[:, None], positions[:, None])
     except InputError as reason:
         name = f" ({body.name})" if body.name else ""
         raise InputError(f"Body {index}{name}, between times {times[0]:g} and {times[-1]:g}: {reason}") from None
 
 
-def _poses(motion, times):
-    """Rotation matrices (stages, 3, 3) and positions (stages, 3) at the given times."""
+def _poses(index, body, times, free):
+    """Rotation matrices (stages, 3, 3) and positions (stages, 3) of a body at the given times."""
+    motion = body.motion
+    if body.free and free:
+        return free(index, times)
     if motion == IDENTITY:
         return np.broadcast_to(np.eye(3), (len(times), 3, 3)), np.zeros((len(times), 3))
     if isinstance(motion, Spin):

@@ -11,7 +11,7 @@ import functools
 import numpy as np
 import warp as wp
 
-from fieldsim.dynamics.simulation import moments
+from fieldsim.dynamics.integrators import moments
 from fieldsim.dynamics.sources import Stages, field_at, upload
 from fieldsim.dynamics.state import State
 from fieldsim.dynamics.steps import Method, advance_of, method_of, part_of, particle_at

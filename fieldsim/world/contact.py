@@ -7,7 +7,7 @@ from fieldsim import validate
 from fieldsim.errors import InputError
 
 
-class State(enum.IntEnum):
+class Status(enum.IntEnum):
     """What a particle does: MOVING freely, RESTING (or sliding, or rolling) on a surface, ABSORBED, or ESCAPED."""
 
     MOVING = 0

@@ -152,7 +152,7 @@ class EnergyLog:
         index = int(np.searchsorted(np.cumsum(sizes), worst, side="right"))
         warnings.warn(
             f"at time {self._simulation.time:g} the {self.invariant} of particle {worst - sum(sizes[:index])} of set "
-            f"{index} has drifted by {drift[worst]:.1e} of its size: the steps are too long for what it passes closely; "
+            f"{index} has drifted by {drift[worst]:.1e} of its size: steps are too long for what it passes closely; "
             f"give {self._simulation.integrator} a shorter dt, soften the body's gravity, or use fs.Radau()",
             FieldsimWarning,
             stacklevel=3,

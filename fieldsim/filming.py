@@ -68,9 +68,10 @@ class Report:
         lines = [f"{self.path}: {many} of {width}x{height} in {self.seconds:.1f} s ({speed:.1f} frames/s)"]
         if self.particle_steps:
             bounces = f", {self.bounces} bounces" if self.bounces else ""
-            steps = f"{_short(self.particle_steps / self.simulating.seconds)} particle-steps/s{bounces}"
+            steps = (
+                f"{_short(self.particle_steps / self.simulating.seconds)} particle-steps/s{bounces}, {self.integrator}"
+            )
             lines.append(f"  simulating {self.simulating.seconds:6.1f} s  {steps}")
-            lines.append(f"  {self.integrator}")
         rays = _short(self.rays / self.rendering.seconds)
         lines.append(f"  rendering  {self.rendering.seconds:6.1f} s  {rays} rays/s")
         if self.compiling > COMPILING:

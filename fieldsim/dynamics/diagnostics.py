@@ -121,9 +121,9 @@ class EnergyLog:
 
     Still bodies keep each particle's energy; bodies that all turn with one Spin keep its Jacobi integral; for other
     motions the work that they do is followed and taken off (see `Work`), at some cost; under Radau, whose steps are
-    each particle's own, it is not, and nothing is judged. Particles that touched a surface
-    lose or gain energy there and are left out from then on. The first particle whose drift exceeds LOST is told of in a
-    FieldsimWarning.
+    each particle's own, it is not, and nothing is judged, nor where bodies move freely or particles pull each other.
+    Particles that touched a surface lose or gain energy there and are left out from then on. The first particle whose
+    drift exceeds LOST is told of in a FieldsimWarning.
     """
 
     def __init__(self, simulation):
@@ -186,7 +186,7 @@ class EnergyLog:
         index = int(np.searchsorted(np.cumsum(sizes), worst, side="right"))
         warnings.warn(
             f"at time {self._simulation.time:g} the {self.invariant} of particle {worst - sum(sizes[:index])} of set "
-            f"{index} has drifted by {drift[worst]:.1e} of its size: its steps are too long for what it passes; "
+            f"{index} has drifted by {drift[worst]:.1e} of its size: steps are too long for what it passes closely; "
             f"give {self._simulation.integrator} a shorter dt, soften the body's gravity, or use fs.Radau()",
             FieldsimWarning,
             stacklevel=3,

@@ -187,10 +187,11 @@ def radau_kernel(kinds_used):
                 miss = Series()
                 if known:
                     miss = b - expected
-                dx, dv = travelled(v, v_rest, a, pull, h)
+                dx, dv, dv_rest = travelled(v, v_rest, a, pull, h)
                 x, x_rest = added(x, x_rest, h * v)
                 x, x_rest = added(x, x_rest, dx)
                 v, v_rest = added(v, v_rest, dv)
+                v, v_rest = added(v, v_rest, dv_rest)
                 t, t_rest = added(t, t_rest, h)
                 if h == left:
                     t = window.end
@@ -264,10 +265,11 @@ def dense_kernel(kinds_used):
             g = in_newton_form(shortened(flights.b[i], h / flights.h[i]))
             d = node_offsets(v, flights.x0_rest[i], a, g, h)
             _g, pull, _good, _sweeps = settled(x, a, d, g, h, gravity, stage)
-            dx, dv = travelled(v, flights.v0_rest[i], a, pull, h)
+            dx, dv, dv_rest = travelled(v, flights.v0_rest[i], a, pull, h)
             x, rest = added(x, flights.x0_rest[i], h * v)
             x = x + (rest + dx)
-            v = v + (flights.v0_rest[i] + dv)
+            v, rest = added(v, flights.v0_rest[i], dv)
+            v = v + (rest + dv_rest)
         if flights.lost[i] == 1:
             x = wp.float64(wp.nan) * x
             v = wp.float64(wp.nan) * v

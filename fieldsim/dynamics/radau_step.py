@@ -76,11 +76,14 @@ def halves(x: wp.float64):
 
 
 @wp.func
-def product_rest(h: wp.float64, v: wp.float64):
+def product_rest(h: wp.float64, v: wp.vec3d):
     """What the product h v has beside its rounded value (Dekker)."""
+    rest = wp.vec3d()
     h1, h2 = halves(h)
-    v1, v2 = halves(v)
-    return ((h1 * v1 - h * v) + h1 * v2 + h2 * v1) + h2 * v2
+    for k in range(3):
+        v1, v2 = halves(v[k])
+        rest[k] = ((h1 * v1 - h * v[k]) + h1 * v2 + h2 * v1) + h2 * v2
+    return rest
 
 
 @wp.func
@@ -229,7 +232,7 @@ def lengthening(a0: wp.vec3d, b: Series, noise: wp.float64):
 
 @wp.func
 def travelled(v: wp.vec3d, v_rest: wp.vec3d, a0: wp.vec3d, pull: Series, h: wp.float64):
-    """How far a step of length h leads beside the rounded h v, and the change of velocity.
+    """How far a step of length h leads beside the rounded h v, and the change of velocity as a large and a small part.
 
     pull: accelerations at the nodes less a0. The weights carry their rounding errors: these would pull one way at each
     step, and show after a thousand orbits.
@@ -241,5 +244,5 @@ def travelled(v: wp.vec3d, v_rest: wp.vec3d, a0: wp.vec3d, pull: Series, h: wp.f
         dv = dv + SPEED_REST[k] * pull[k]
     for k in range(ORDER):
         dv = dv + SPEED[k] * pull[k]
-    rounding = wp.vec3d(product_rest(h, v[0]), product_rest(h, v[1]), product_rest(h, v[2]))
-    return h * (h * dx + v_rest) + rounding, h * (a0 + dv)
+    a, rest = added(a0, wp.vec3d(), dv)
+    return h * (h * dx + v_rest) + product_rest(h, v), h * a, h * rest + product_rest(h, a)

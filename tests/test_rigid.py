@@ -8,6 +8,7 @@ import pytest
 import warp as wp
 
 import fieldsim as fs
+from fieldsim import filming
 from fieldsim.dynamics import simulation as module
 from fieldsim.dynamics.rigid import FreeBodies
 from fieldsim.dynamics.rigid_diagnostics import body_angular_momentum, body_energy, body_momentum
@@ -309,6 +310,13 @@ def test_runs_do_not_depend_on_how_they_are_cut(monkeypatch):
     assert ends[0] == ends[1]
 
 
+def test_films_of_free_bodies_without_particles():
+    world = world_of(fs.Body(ORIGIN, surface=fs.Material(), motion=fs.Rigid(velocity=(1, 0, 0))))
+    scenario = fs.Scenario(world, fs.Camera(eye=(0, -5, 0), look_at=(0, 0, 0)), duration=1.0)
+    moments = filming._snapshots(scenario, [0.0, 0.5], None, filming.Report("", (8, 8)))
+    np.testing.assert_allclose([m.poses[0].position[0] for m in moments], [0.0, 0.5], atol=1e-14)
+
+
 def test_bad_worlds_are_refused():
     skin = fs.Material(radius=0.3)
     near = fs.Rigid((0.4, 0, 0))
@@ -316,9 +324,9 @@ def test_bad_worlds_are_refused():
     with pytest.raises(fs.InputError, match=r"Body 1 and Body 0 \(moon\) overlap at the start"):
         fs.Simulation(world)
     falling = world_of(fs.Body(ORIGIN, gravity=fs.Newtonian()), fs.Body(ORIGIN, motion=fs.Rigid((1e-3, 0, 0))))
-    stiff = fs.Simulation(
-        world_of(fs.Body(ORIGIN, surface=skin, motion=fs.Rigid(velocity=(9, 0, 0)))), fs.Leapfrog(0.1)
-    )
+    fast = fs.Body(ORIGIN, surface=skin, motion=fs.Rigid(velocity=(9, 0, 0)))
+    fs.Simulation(world_of(fast), fs.Leapfrog(0.1)).advance(0.1)  # nothing to hit
+    stiff = fs.Simulation(world_of(fast, fs.Body(fs.Point((0, 5, 0)), surface=skin)), fs.Leapfrog(0.1))
     with pytest.warns(fs.FieldsimWarning, match="give dt below"):
         stiff.advance(0.1)
     method = Suzuki4()

@@ -75,10 +75,14 @@ class Sources:
     def rows_at(self, times: np.ndarray) -> np.ndarray:
         """Rows of the changing elements, (stages, elements, WIDTH)."""
         parts = [
-            _rows_of(index, body, shape, self._elements, times, self._free)
+            _rows_of(index, body, shape, self._elements, times, self.poses_of)
             for (index, body), shape in zip(self._changing, self._shapes, strict=True)
         ]
         return np.concatenate(parts, axis=1) if parts else np.zeros((len(times), 0, cells.WIDTH))
+
+    def poses_of(self, index, body, times) -> tuple[np.ndarray, np.ndarray]:
+        """Rotation matrices (stages, 3, 3) and positions (stages, 3) of a body at the given times."""
+        return self._free(index, times) if body.free and self._free else _poses(body.motion, times)
 
     def _placed(self, body, time):
         local = self._elements(body, time)
@@ -86,14 +90,14 @@ class Sources:
         return cells.Elements(cells.place(local.rows, pose.matrix, np.array(pose.position)), local.kinds, local.order)
 
 
-def _rows_of(index, body, shape, elements, times, free):
+def _rows_of(index, body, shape, elements, times, poses_of):
     """Rows (stages, elements, WIDTH) of one moving or deforming body."""
     try:
         if body.deforming:
             local = np.stack([elements(body, time).rows for time in times])
         else:
             local = np.broadcast_to(shape.rows, (len(times), *shape.rows.shape))
-        rotations, positions = free(index, times) if body.free and free else _poses(body.motion, times)
+        rotations, positions = poses_of(index, body, times)
         return cells.place(local, rotations[:, None], positions[:, None])
     except InputError as reason:
         name = f" ({body.name})" if body.name else ""

@@ -224,6 +224,20 @@ def test_particles_feel_free_bodies_where_they_are_at_every_stage():
     assert kinetic == pytest.approx(0.5 * np.sum(simulation.velocities[0] ** 2))
 
 
+def test_particles_bounce_on_free_bodies():
+    """As on one whose motion is given."""
+    skin, pull, move = fs.Material(radius=0.3), fs.Newtonian(0.3), np.array([2.0, -1.0, 0.5])
+    ends = []
+    for motion in (fs.Keyframes([0, 4], [(0, 0, 0), 4 * move], interpolation="linear"), fs.Rigid(velocity=tuple(move))):
+        world = world_of(fs.Body(ROD, gravity=pull, surface=skin, motion=motion))
+        world.add_particles([(0.3, 0.2, 1.2)], [move], radius=0.05, contact=fs.Bounce(0.9))
+        simulation = fs.Simulation(world, fs.Leapfrog(1e-3))
+        simulation.advance(2.5)
+        assert simulation.bounces == 1
+        ends.append(simulation.positions[0])
+    np.testing.assert_allclose(ends[1], ends[0], atol=1e-9)  # rounding, amplified by the bounce
+
+
 def test_between_stages_bodies_are_on_smooth_paths():
     bodies = FreeBodies(rod_and_bent_rod(), 0.0)
     bodies.leap(np.linspace(0.0, 0.4, 41), 0.01, fs.Leapfrog())

@@ -8,6 +8,7 @@ import pytest
 import warp as wp
 
 import fieldsim as fs
+from fieldsim import filming
 from fieldsim.dynamics import simulation as module
 from fieldsim.dynamics.rigid import FreeBodies
 from fieldsim.dynamics.rigid_diagnostics import body_angular_momentum, body_energy, body_momentum
@@ -223,6 +224,20 @@ def test_particles_feel_free_bodies_where_they_are_at_every_stage():
     assert kinetic == pytest.approx(0.5 * np.sum(simulation.velocities[0] ** 2))
 
 
+def test_particles_bounce_on_free_bodies():
+    """As on one whose motion is given."""
+    skin, pull, move = fs.Material(radius=0.3), fs.Newtonian(0.3), np.array([2.0, -1.0, 0.5])
+    ends = []
+    for motion in (fs.Keyframes([0, 4], [(0, 0, 0), 4 * move], interpolation="linear"), fs.Rigid(velocity=tuple(move))):
+        world = world_of(fs.Body(ROD, gravity=pull, surface=skin, motion=motion))
+        world.add_particles([(0.3, 0.2, 1.2)], [move], radius=0.05, contact=fs.Bounce(0.9))
+        simulation = fs.Simulation(world, fs.Leapfrog(1e-3))
+        simulation.advance(2.5)
+        assert simulation.bounces == 1
+        ends.append(simulation.positions[0])
+    np.testing.assert_allclose(ends[1], ends[0], atol=1e-9)  # rounding, amplified by the bounce
+
+
 def test_between_stages_bodies_are_on_smooth_paths():
     bodies = FreeBodies(rod_and_bent_rod(), 0.0)
     bodies.leap(np.linspace(0.0, 0.4, 41), 0.01, fs.Leapfrog())
@@ -309,6 +324,13 @@ def test_runs_do_not_depend_on_how_they_are_cut(monkeypatch):
     assert ends[0] == ends[1]
 
 
+def test_films_of_free_bodies_without_particles():
+    world = world_of(fs.Body(ORIGIN, surface=fs.Material(), motion=fs.Rigid(velocity=(1, 0, 0))))
+    scenario = fs.Scenario(world, fs.Camera(eye=(0, -5, 0), look_at=(0, 0, 0)), duration=1.0)
+    moments = filming._snapshots(scenario, [0.0, 0.5], None, filming.Report("", (8, 8)))
+    np.testing.assert_allclose([m.poses[0].position[0] for m in moments], [0.0, 0.5], atol=1e-14)
+
+
 def test_bad_worlds_are_refused():
     skin = fs.Material(radius=0.3)
     near = fs.Rigid((0.4, 0, 0))
@@ -316,9 +338,9 @@ def test_bad_worlds_are_refused():
     with pytest.raises(fs.InputError, match=r"Body 1 and Body 0 \(moon\) overlap at the start"):
         fs.Simulation(world)
     falling = world_of(fs.Body(ORIGIN, gravity=fs.Newtonian()), fs.Body(ORIGIN, motion=fs.Rigid((1e-3, 0, 0))))
-    stiff = fs.Simulation(
-        world_of(fs.Body(ORIGIN, surface=skin, motion=fs.Rigid(velocity=(9, 0, 0)))), fs.Leapfrog(0.1)
-    )
+    fast = fs.Body(ORIGIN, surface=skin, motion=fs.Rigid(velocity=(9, 0, 0)))
+    fs.Simulation(world_of(fast), fs.Leapfrog(0.1)).advance(0.1)  # nothing to hit
+    stiff = fs.Simulation(world_of(fast, fs.Body(fs.Point((0, 5, 0)), surface=skin)), fs.Leapfrog(0.1))
     with pytest.warns(fs.FieldsimWarning, match="give dt below"):
         stiff.advance(0.1)
     method = Suzuki4()

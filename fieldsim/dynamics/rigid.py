@@ -48,7 +48,8 @@ class FreeBodies:
         gentlest = min(map(log_slope, surfaces), default=0.0)
         self.stiffnesses = [start.stiffness(budget, gentlest) if start.shell else 0.0 for start in self.starts]
         self._shells = shells_of(self.starts, self.stiffnesses)
-        hardest = zip(self.starts, self.stiffnesses, strict=True)
+        # Alone a surface meets nothing.
+        hardest = zip(self.starts, self.stiffnesses, strict=True) if len(surfaces) > 1 else ()
         self._quickest = max((s.quickest(k, budget, gentlest) for s, k in hardest if k), default=0.0)
         self._warned = False
         self._track = self._tracked([time], self._state.x.numpy()[None], self._state.q.numpy()[None])

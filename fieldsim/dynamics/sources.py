@@ -75,16 +75,20 @@ class Sources:
     def rows_at(self, times: np.ndarray) -> np.ndarray:
         """Rows of the changing elements, (stages, elements, WIDTH)."""
         parts = [
-            _rows_of(index, body, shape, self._elements, times, self._free)
+            _rows_of(index, body, shape, self._elements, times, self.poses_of)
             for (index, body), shape in zip(self._changing, self._shapes, strict=True)
         ]
         return np.concatenate(parts, axis=1) if parts else np.zeros((len(times), 0, cells.WIDTH))
+
+    def poses_of(self, index, body, times) -> tuple[np.ndarray, np.ndarray]:
+        """Rotation matrices (stages, 3, 3) and positions (stages, 3) of a body at the given times."""
+        return self._free(index, times) if body.free and self._free else _poses(body.motion, times)
 
     def poses_at(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Rotations (stages, elements, 3, 3) and positions (stages, elements, 3) of the changing elements' bodies."""
         rotations, positions = [np.zeros((len(times), 0, 3, 3))], [np.zeros((len(times), 0, 3))]
         for (index, body), shape in zip(self._changing, self._shapes, strict=True):
-            turned, moved = _poses(index, body, times, self._free)
+            turned, moved = self.poses_of(index, body, times)
             rotations.append(np.repeat(turned[:, None], len(shape), axis=1))
             positions.append(np.repeat(moved[:, None], len(shape), axis=1))
         return np.concatenate(rotations, axis=1), np.concatenate(positions, axis=1)
@@ -95,25 +99,22 @@ class Sources:
         return cells.Elements(cells.place(local.rows, pose.matrix, np.array(pose.position)), local.kinds, local.order)
 
 
-def _rows_of(index, body, shape, elements, times, free):
+def _rows_of(index, body, shape, elements, times, poses_of):
     """Rows (stages, elements, WIDTH) of one moving or deforming body."""
     try:
         if body.deforming:
             local = np.stack([elements(body, time).rows for time in times])
         else:
             local = np.broadcast_to(shape.rows, (len(times), *shape.rows.shape))
-        rotations, positions = _poses(index, body, times, free)
+        rotations, positions = poses_of(index, body, times)
         return cells.place(local, rotations[:, None], positions[:, None])
     except InputError as reason:
         name = f" ({body.name})" if body.name else ""
         raise InputError(f"Body {index}{name}, between times {times[0]:g} and {times[-1]:g}: {reason}") from None
 
 
-def _poses(index, body, times, free):
-    """Rotation matrices (stages, 3, 3) and positions (stages, 3) of a body at the given times."""
-    motion = body.motion
-    if body.free and free:
-        return free(index, times)
+def _poses(motion, times):
+    """Rotation matrices (stages, 3, 3) and positions (stages, 3) at the given times."""
     if motion == IDENTITY:
         return np.broadcast_to(np.eye(3), (len(times), 3, 3)), np.zeros((len(times), 3))
     if isinstance(motion, Spin):

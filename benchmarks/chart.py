@@ -131,8 +131,9 @@ The largest relative errors of value, gradient and Hessian, in this order (`pyth
   (*median*) and the 10 that the former find worst.
 - *float32*: single against double precision at the same numbers, in units of the field's scale; all points.
 
-Errors are those of the evaluation: the truth is taken at the exact binary values of the input, and next to a support's
-edge or where pulls cancel, what two units in the last place of the coordinates do to the truth is not counted. Kernels
+Errors are those of the evaluation: the truth is taken at the exact binary values of the input, and of errors beyond the
+goals (1e-12; float32 5e-6), as next to a support's edge or where pulls cancel, what two units in the last place of the
+coordinates do to the truth is not counted (`python -m benchmarks accuracy` gives them whole as *raw*). Kernels
 whose tails vanish lose relative digits in the tail, never absolute ones: their errors are relative to the field plus
 0.002 of its scale. The scale is the kernel's height times the measure within its reach (`tests/reference_cases.py`).
 

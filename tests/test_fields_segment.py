@@ -11,6 +11,7 @@ from fieldsim.errors import InputError
 from fieldsim.potentials import cells
 from fieldsim.potentials.error_functions import erfcx
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
+from fieldsim.potentials.line_integrals import inverse_powers
 from fieldsim.potentials.point import EXPONENT_LIMIT, Point
 from fieldsim.potentials.segment import Segment
 
@@ -193,6 +194,27 @@ def test_single_precision_survives_any_distance(kernel):
     value, gradient = targets.evaluate("warp32", cells.pack(segments, [kernel] * 200, 1.0), points)
     assert np.isfinite(value).all()
     assert np.isfinite(gradient).all()
+
+
+def test_integrals_of_inverse_powers():
+    rng = np.random.default_rng(8)
+    for _ in range(400):
+        length, d = 10 ** rng.uniform(-4, 4), 10 ** rng.uniform(-7, 7)
+        lo = rng.choice([-0.5 * rng.random() * length, 10 ** rng.uniform(-6, 6), -(10 ** rng.uniform(-9, -1)) * length])
+        # A right angle between the views of both ends is where one form takes over from the other.
+        if rng.random() < 0.2 and lo < 0:
+            d = math.sqrt(-lo * (lo + length)) * (1 + rng.choice([-1e-15, 1e-9, 0.0, 1e-3]))
+        root, ends, far, *got = inverse_powers(lo, length, d * d)
+        low, d2 = mp.mpf(lo), mp.mpf(d * d)
+        high, depth = low + mp.mpf(length), mp.sqrt(d2)
+        h_low, h_high = 1 / (low**2 + d2), 1 / (high**2 + d2)
+        assert root == pytest.approx(float(mp.sqrt(h_low * h_high)), rel=2e-15)
+        assert ends == pytest.approx(float(h_low + h_high), rel=3e-15)
+        assert far == pytest.approx(float(h_high), rel=3e-15)
+        true = (mp.atan(high / depth) - mp.atan(low / depth)) / depth
+        for k, integral in enumerate(got, 1):
+            assert abs(integral / true - 1) < 5e-15
+            true = ((2 * k - 1) * true + high * h_high**k - low * h_low**k) / (2 * k * d2)
 
 
 def test_erfcx():

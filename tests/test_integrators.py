@@ -259,7 +259,7 @@ def test_bad_steps_and_tables_are_refused():
 
 
 def test_a_run_that_fails_keeps_its_snapshots():
-    world = world_of(fs.Body(CIGAR, gravity=fs.Newtonian(0.3), motion=lambda t: (math.nan if t > 0.5 else 0.0, 0, 0)))
+    world = world_of(fs.Body(CIGAR, gravity=fs.Newtonian(0.3), motion=lambda t: (math.nan if t > 0.55 else 0.0, 0, 0)))
     kept = []
     with pytest.raises(fs.InputError, match="Body 0"):
         kept.extend(Simulation(world, fs.Leapfrog(0.01)).snapshots([0.2, 0.4, 0.6]))
@@ -271,7 +271,7 @@ def test_a_film_that_fails_keeps_its_frames(tmp_path):
         CIGAR,
         gravity=fs.Newtonian(0.3),
         surface=fs.Material(radius=0.2),
-        motion=lambda t: (math.nan if t > 0.5 else 0.0, 0, 0),
+        motion=lambda t: (math.nan if t > 0.55 else 0.0, 0, 0),
     )
     camera = fs.Camera(eye=(5, 0, 1), look_at=(0, 0, 0), fov=38)
     scenario = fs.Scenario(world_of(body), camera, duration=1.0, fps=10, integrator=fs.Leapfrog(0.01))

@@ -215,8 +215,8 @@ def test_nothing_of_short_reach_is_leapt_over():
     run.advance(20.0)
     assert run.positions[0][0, 0] > 45
     assert abs(run.velocities[0][0, 1]) > 0.05
-    # Its second derivative jumps on two spheres, where the order is lost.
-    np.testing.assert_allclose(energy(run.snapshot()).total, start, rtol=1e-8)
+    # Its second derivative jumps on two spheres, which steps must feel their way across.
+    np.testing.assert_allclose(energy(run.snapshot()).total, start, rtol=2e-9)
 
 
 @pytest.mark.parametrize("tolerance", [0.0, -1e-9, math.nan, 0.1, "fine"])

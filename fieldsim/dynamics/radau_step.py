@@ -24,6 +24,12 @@ UNSETTLED = wp.constant(wp.float64(1e-6))
 CHANGE = wp.constant(wp.float64(4.0))
 # The last step's polynomial is of no use for one so many times longer.
 EXTRAPOLATION = wp.constant(wp.float64(20.0))
+# b_6 of a smooth motion is about (h / tau)^7 a over 7!: FACTORIAL. KINK: so many times longer steps than it suggests
+# may be taken. NOISY: what rounding makes of it, in units of the noise of positions.
+FACTORIAL = wp.constant(wp.float64(5040.0))
+SEVENTH = wp.constant(wp.float64(1.0 / 7.0))
+KINK = wp.constant(wp.float64(3.0))
+NOISY = wp.constant(wp.float64(1e4))
 TINY = wp.constant(wp.float64(1e-300))
 
 _Matrix = wp.types.matrix(shape=(ORDER, ORDER), dtype=wp.float64)
@@ -208,7 +214,9 @@ def lengthening(a0: wp.vec3d, b: Series, noise: wp.float64):
 
     The longer of two: 2 a^2 / (j^2 + a s) of Pham, Rein & Spiegel 2024 (eq. 16), which vanishes where the acceleration
     passes zero, as in a ring's hole, so that steps would never get there; and Aarseth's (a s + j^2) / (j c + s^2),
-    which does not. Both are squares of times. noise: accelerations too small to move anything by a rounding error.
+    which does not. Both are squares of times. Where the last power is far larger than they promise, the field has a
+    kink, and that power itself, Everhart's measure, finds the steps that it takes.
+    noise: accelerations too small to move anything by a rounding error.
     """
     a = a0
     first = wp.vec3d()
@@ -227,7 +235,12 @@ def lengthening(a0: wp.vec3d, b: Series, noise: wp.float64):
     by_jerk = wp.float64(wp.inf)
     if below != wp.float64(0.0):
         by_jerk = (force * snap + jerk * jerk + noise * noise) / below
-    return wp.sqrt(wp.max(by_force, by_jerk))
+    tau = wp.sqrt(wp.max(by_force, by_jerk))
+    rough = wp.length(b[ORDER - 1]) - NOISY * noise
+    if rough > wp.float64(0.0):
+        scale = wp.max(force, wp.length(a0)) / (FACTORIAL * rough)
+        tau = wp.min(tau, KINK * wp.pow(scale, SEVENTH))
+    return tau
 
 
 @wp.func

@@ -298,3 +298,28 @@ def test_balls_in_the_corners_of_a_cross_bounce_off_and_keep_their_energy():
     assert bounces.max() < 200
     # Leapfrog's own error: 7e-6 here, 2.7e-5 at twice the step.
     np.testing.assert_allclose(energy(simulation.snapshot()).total, before, atol=2e-5)
+
+
+def test_a_bounce_off_a_moving_surface_is_that_off_one_at_rest():
+    def bounced(speed, dt):
+        motion = Keyframes([0.0, 10.0], [(0, 0, 0), (10 * speed, 0, 0)], interpolation="linear") if speed else Pose()
+        world = World()
+        world.add_body(
+            Body(Segment((0, -5, 0), (0, 5, 0)), surface=Material(radius=0.25, blobbiness=-4), motion=motion)
+        )
+        world.add_particles([(2.0, 0.3, 0.05)], [(speed - 1.0, 0.2, 0)], radius=0.02, contact=Bounce(1.0))
+        simulation = Simulation(world, Leapfrog(dt))
+        simulation.advance(3.0)
+        return np.concatenate([simulation.positions[0][0], simulation.velocities[0][0]]) - [
+            speed * 3,
+            0,
+            0,
+            speed,
+            0,
+            0,
+        ]
+
+    # Between stages log F of a moved surface is interpolated: an error of second order in speed dt.
+    coarse, fine = (np.abs(bounced(2.3, dt) - bounced(0.0, dt)).max() for dt in (2e-3, 1e-3))
+    assert fine < 1e-5
+    assert 3.0 < coarse / fine < 5.0

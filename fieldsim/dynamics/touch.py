@@ -10,6 +10,7 @@ import functools
 
 import warp as wp
 
+from fieldsim.dynamics.ground import twist_at
 from fieldsim.dynamics.sources import Stages, field_at
 
 # In units of the gap: where a touching sphere is put, and what still counts as touching.
@@ -90,6 +91,7 @@ def touch_at(kinds_used):
     the part of w across L and H the Hessian of log F at the centre, taken as a difference.
     """
     surface = log_surface(kinds_used)
+    twist = twist_at(kinds_used)
 
     @wp.func
     def touch(p: wp.vec3d, radius: wp.float64, surfaces: Stages, moment: Moment, later: wp.float64):
@@ -100,7 +102,7 @@ def touch_at(kinds_used):
         low = surface(lowest, surfaces, moment.stage, s)
         gradient = low.gradient
         change = low.change
-        # The mean slope over the step makes the speed exact for a Gaussian that is moved.
+        # The mean slope over the step tells exactly how a Gaussian was moved.
         mean = gradient + (wp.float64(0.5) - s) * low.turn
         across = gradient - wp.dot(gradient, center.gradient) / (size * size) * center.gradient
         aside = wp.length(across)
@@ -118,7 +120,11 @@ def touch_at(kinds_used):
         result.normal = -gradient / result.slope
         if wp.length(gradient) == wp.float64(0.0):  # at the very centre of a body every way is out
             result.normal = wp.vec3d(wp.float64(0.0), wp.float64(0.0), wp.float64(1.0))
-        result.speed = change / (moment.dt * wp.max(wp.length(mean), TINY))
+        # Along the normal the surface moves with its material, and by what growing and bending add.
+        turn, shift = twist(lowest, surfaces, moment.stage)
+        carried = wp.cross(turn, lowest) + shift
+        grown = (change + wp.dot(mean, carried)) / wp.max(wp.length(mean), TINY)
+        result.speed = (wp.dot(carried, result.normal) + grown) / moment.dt
         return result
 
     return touch

@@ -9,8 +9,8 @@ import functools
 import numpy as np
 import warp as wp
 
-from fieldsim.dynamics.rigid_steps import added
 from fieldsim.dynamics.sources import Stages, field_at
+from fieldsim.dynamics.state import State, added
 from fieldsim.errors import InputError
 from fieldsim.launch import launch
 from fieldsim.potentials import cells
@@ -106,27 +106,22 @@ class MutualGravity:
         pull.width = self._kernel.width
         return pull
 
-    @functools.cached_property
-    def _rests(self):
-        """What rounding has kept from positions and velocities so far."""
-        return [wp.zeros(len(self._strengths), dtype=wp.vec3d, device=self.device) for _ in range(2)]
-
-    def leap(self, x, v, steps: int, dt: float, method, gravity: Stages, kinds_used) -> None:
+    def leap(self, state: State, steps: int, dt: float, method, gravity: Stages, kinds_used) -> None:
         """Take all particles through `steps` steps; gravity: the bodies' tables at the stages of all of them."""
         if any(method.gradients):
             raise InputError(f"{method!r} cannot move particles that pull each other; give one without force gradients")
-        x_rest, v_rest = self._rests
+        count = len(self._strengths)
         kick = kick_kernel(kinds_used, type(self._kernel))
         options = {"device": self.device, "threads": self.threads, "grain": 16}
         for step in range(steps):
             for j, weight in enumerate(method.kicks):
                 if j:
-                    shares = [wp.float64(dt * method.drifts[j - 1]), v]
-                    launch(drift_kernel, len(x), shares, [x, x_rest], **options)
+                    shares = [wp.float64(dt * method.drifts[j - 1]), state.v]
+                    launch(drift_kernel, count, shares, [state.x, state.x_rest], **options)
                 if weight:
                     stage = step * len(method.drifts) + j
-                    inputs = [wp.float64(dt * weight), stage, gravity, self._pull, x]
-                    launch(kick, len(x), inputs, [v, v_rest], **options)
+                    inputs = [wp.float64(dt * weight), stage, gravity, self._pull, state.x]
+                    launch(kick, count, inputs, [state.v, state.v_rest], **options)
 
     def potential_energies(self, positions: np.ndarray) -> np.ndarray:
         """Of each particle in the pull of the others, (N,): minus G m of the others times h, per unit of its mass."""

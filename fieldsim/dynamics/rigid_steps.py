@@ -9,7 +9,6 @@ drift first turns the body, by what rounding has put its energy off, so that rou
 """
 
 import functools
-from typing import Any
 
 import warp as wp
 
@@ -17,6 +16,7 @@ from fieldsim.dynamics.rigid_contact import Shells, contact_wrenches
 from fieldsim.dynamics.rigid_gravity import Masses, gravity_wrenches
 from fieldsim.dynamics.rotor import free_rotor
 from fieldsim.dynamics.sources import Stages
+from fieldsim.dynamics.state import added
 
 _rotor = free_rotor.warp(wp.float64)
 HALF = wp.constant(wp.float64(0.5))
@@ -60,14 +60,6 @@ class Splitting:
 
     kicks: wp.array(dtype=wp.float64)
     drifts: wp.array(dtype=wp.float64)
-
-
-@wp.func
-def added(total: Any, rest: Any, step: Any):
-    """Total + step and what rounding keeps from it, for the next time (Kahan 1965)."""
-    step = step + rest
-    result = total + step
-    return result, step - (result - total)
 
 
 @wp.func

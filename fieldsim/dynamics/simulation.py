@@ -191,8 +191,7 @@ class Simulation:
         gravity = self._gravity_at(nodes)
         options = {"device": self.device, "threads": self.threads}
         if self._mutual:
-            state = self._state.x, self._state.v
-            self._mutual.leap(*state, len(steps), dt, integrator, gravity, self._gravity.kinds_used)
+            self._mutual.leap(self._state, len(steps), dt, integrator, gravity, self._gravity.kinds_used)
         elif self._eventful:
             parts = np.linspace(0.0, 1.0, integrator.evaluations + 1)
             times = start + dt * moments(steps, parts)

@@ -60,6 +60,7 @@ from fieldsim.potentials.shapes import bezier, box, catmull_rom, disc, polygon, 
 from fieldsim.potentials.solid import Face, solid, solid_faces
 from fieldsim.potentials.tapered import TaperedSegment
 from fieldsim.potentials.triangle import Triangle
+from fieldsim.recording import Recorded, Recording
 from fieldsim.render.camera import Camera
 from fieldsim.render.image import Renderer, render
 from fieldsim.render.video import Film
@@ -128,6 +129,8 @@ __all__ = [
     "ProfiledSegment",
     "Quartic",
     "Radau",
+    "Recorded",
+    "Recording",
     "Renderer",
     "Report",
     "Repulsion",

@@ -150,6 +150,8 @@ def _film_options():
             ["--device"], type=_Device(), metavar="cpu|cuda", default="cpu", help="Where to compute; cpu unless told."
         ),
         click.Option(["--quality"], type=click.Choice(["draft", "final"]), help="draft is faster; final unless told."),
+        click.Option(["--record"], metavar="RUN.npz", help="Keep the snapshots, to be drawn again or read with NumPy."),
+        click.Option(["--replay"], metavar="RUN.npz", help="Draw a recording of this scenario instead of simulating."),
         click.Option(["--preview"], is_flag=True, help="A quick look: half the width and height, draft, 10 frames/s."),
         click.Option(
             ["--debug"],

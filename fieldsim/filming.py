@@ -2,6 +2,7 @@
 
 import contextlib
 import dataclasses
+import functools
 import time
 import warnings
 
@@ -9,6 +10,7 @@ from fieldsim import launch
 from fieldsim.dynamics.diagnostics import EnergyLog, EnergyReport
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.errors import FieldsimError, FieldsimWarning
+from fieldsim.recording import Recorded, Recording
 from fieldsim.render.image import Renderer
 from fieldsim.render.video import Film
 from fieldsim.scenario import Scenario
@@ -103,31 +105,43 @@ def film(
     device: str | None = None,
     quality: str | None = None,
     preview: bool = False,
+    record=None,
+    replay=None,
     watch=_unwatched,
 ) -> Report:
     """Film `scenario` into `out` (see `Film` for what its ending means) and say what it took.
 
     size: (width, height), 640x360 unless told; fps, duration: the scenario's unless told; quality: "draft" or "final".
     preview: a quick look: half the width and height, draft quality, 10 frames per second, where nothing else is told.
+    record: path of a `Recording` to keep of the snapshots; replay: path of one to film instead of simulating, at its
+    own times, with another camera or size, say.
     watch: called with (frames done, frames in all) as the work goes on. A path that ends in .png gets the last frame.
     A simulation that fails under way ends the film: the frames so far are kept, and the FieldsimError says so.
     """
+    recorded = Recorded(replay) if replay else None
     duration = scenario.duration if duration is None else duration
-    fps = (min(10.0, scenario.fps) if preview else scenario.fps) if fps is None else fps
+    if fps is None:
+        fps = recorded.fps if recorded else min(10.0, scenario.fps) if preview else scenario.fps
     size = size or (tuple(n // 2 for n in SIZE) if preview else SIZE)
     quality = quality or ("draft" if preview else "final")
-    times = timeline(duration, fps)
+    times = timeline(duration, fps) if recorded is None else recorded.times[recorded.times < duration].tolist()
     if not scenario.world.particles and all(body.surface is None for body in scenario.world.bodies):
         words = "nothing to see: no body has a surface, and there are no particles; give a body a surface=fs.Material()"
         warnings.warn(words, FieldsimWarning, stacklevel=2)
     begun = time.perf_counter()
-    with Film(out, size, fps) as target:
+    with contextlib.ExitStack() as stack:
+        target = stack.enter_context(Film(out, size, fps))
         if target.still:
             times = times[-1:]
         report = Report(target.path, target.size, len(times))
         renderer = Renderer(target.size, quality, device)
         failures = []
-        for done, snapshot in enumerate(_until_failure(_snapshots(scenario, times, device, report), failures)):
+        moments = _snapshots(scenario, times, device, report)
+        if recorded:
+            moments = map(functools.partial(recorded.at, world=scenario.world), times)
+        if record:
+            moments = _kept(moments, stack.enter_context(Recording(record)))
+        for done, snapshot in enumerate(_until_failure(moments, failures)):
             watch(done, len(times))
             with report.rendering.running():
                 image = renderer.frame(snapshot, scenario.camera)
@@ -143,6 +157,13 @@ def film(
     report.rays = renderer.rays
     report.seconds = time.perf_counter() - begun
     return report
+
+
+def _kept(snapshots, recording):
+    """The snapshots, each recorded as it passes."""
+    for snapshot in snapshots:
+        recording.add(snapshot)
+        yield snapshot
 
 
 def _until_failure(snapshots, failures):

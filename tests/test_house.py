@@ -46,7 +46,8 @@ KNOWS = {
     "dynamics": {"potentials", "world"},
     "render": {"potentials", "world"},
     "scenario": {"potentials", "world", "dynamics", "render", "plots"},
-    "filming": {"potentials", "world", "dynamics", "render", "scenario"},
+    "recording": {"potentials", "world"},
+    "filming": {"recording", "potentials", "world", "dynamics", "render", "scenario"},
     "cli": {"plots", "render", "scenario", "filming", "about"},
     "__main__": {"cli"},
 }

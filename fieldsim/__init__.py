@@ -72,6 +72,7 @@ from fieldsim.world.material import Material
 from fieldsim.world.motion import Keyframes, Pose, Spin, timeline
 from fieldsim.world.rig import Bone, Rig
 from fieldsim.world.rigid import Rigid
+from fieldsim.world.texture import Checker, Clouds, Marble, Texture, Wood
 from fieldsim.world.world import Snapshot, World
 
 __all__ = [
@@ -87,9 +88,11 @@ __all__ = [
     "Bounce",
     "Camera",
     "Cauchy",
+    "Checker",
     "Chin4",
     "Choice",
     "Circle",
+    "Clouds",
     "Crossings",
     "DeviceError",
     "DirectionalLight",
@@ -111,6 +114,7 @@ __all__ = [
     "Keyframes",
     "Leapfrog",
     "Lyapunov",
+    "Marble",
     "Material",
     "Metaball",
     "Newtonian",
@@ -149,8 +153,10 @@ __all__ = [
     "Status",
     "Suzuki4",
     "TaperedSegment",
+    "Texture",
     "Triangle",
     "TriangleMesh",
+    "Wood",
     "World",
     "angular_momentum",
     "bezier",

@@ -37,7 +37,8 @@ _TRIES = wp.constant(12)
 class Scene:
     """Elements relative to the eye; see `bounds.Bounded`.
 
-    materials (M, 8): linear rgb, ambient, diffuse, specular, shininess, unused.
+    materials (M, 15): linear rgb, ambient, diffuse, specular, shininess, unused, and a texture's row (`Texture.row`).
+    turns, shifts (M,): x -> turn x + shift takes a point to the frame of the material's body, in the world's units.
     """
 
     rows: wp.array2d(dtype=float)
@@ -48,6 +49,8 @@ class Scene:
     width: wp.array(dtype=float)
     owner: wp.array(dtype=int)
     materials: wp.array2d(dtype=float)
+    turns: wp.array(dtype=wp.mat33)
+    shifts: wp.array(dtype=wp.vec3)
 
 
 @wp.func

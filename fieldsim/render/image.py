@@ -204,7 +204,7 @@ class Stage:
         self.unit = bounds.unit_of(surface.elements, radii)
         self.view = _view(camera, renderer.size)
         self.bounded = bounded = bounds.bound(surface.elements, eye, self.unit)
-        self.scene = _scene(bounded, surface, device)
+        self.scene = _scene(bounded, surface, eye, self.unit, device)
         shapes = capsules(bounded.start, bounded.end, bounded.radius, device)
         self.lists = candidates(self.view, shapes, device)
         centers, radii = (centers - eye) / self.unit, radii / self.unit
@@ -242,7 +242,7 @@ _HIT_FIELDS = {
 }
 
 
-def _scene(bounded, surface, device) -> Scene:
+def _scene(bounded, surface, eye, unit, device) -> Scene:
     scene = Scene()
     scene.rows = wp.array(bounded.rows, dtype=float, ndim=2, device=device)
     scene.kinds = wp.array(bounded.kinds, dtype=int, device=device)
@@ -251,8 +251,13 @@ def _scene(bounded, surface, device) -> Scene:
     scene.core = wp.array(bounded.core, dtype=float, device=device)
     scene.width = wp.array(bounded.width, dtype=float, device=device)
     scene.owner = wp.array(surface.owner, dtype=int, device=device)
-    table = [(*m.rgb, m.ambient, m.diffuse, m.specular, m.shininess, 0.0) for m in surface.materials]
-    scene.materials = wp.array(np.array(table).reshape(-1, 8), dtype=float, ndim=2, device=device)
+    table = [(*m.rgb, m.ambient, m.diffuse, m.specular, m.shininess, 0.0, *m.texture_row) for m in surface.materials]
+    scene.materials = wp.array(np.array(table).reshape(-1, 15), dtype=float, ndim=2, device=device)
+    turns = [pose.matrix.T for pose in surface.poses]
+    shifts = [turn @ (eye - pose.position) for turn, pose in zip(turns, surface.poses, strict=True)]
+    turns = unit * np.array(turns).reshape(-1, 3, 3)
+    scene.turns = wp.array(turns, dtype=wp.mat33, device=device)
+    scene.shifts = wp.array(np.array(shifts).reshape(-1, 3), dtype=wp.vec3, device=device)
     return scene
 
 

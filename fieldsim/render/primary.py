@@ -10,6 +10,7 @@ from fieldsim.potentials import cells
 from fieldsim.render import hermite
 from fieldsim.render.candidates import TILE, Candidates, View, direction
 from fieldsim.render.shading import BALLS, Balls, Hits
+from fieldsim.render.textures import color_at
 from fieldsim.render.volumes import pierce, pierce_sphere
 
 _ROOM = wp.constant(32)  # intervals of a ray in local memory
@@ -118,7 +119,7 @@ def trace_kernel(kinds_used, in_scratch=False):
             m = scene.owner[j]
             f += f_j
             slope += wp.vec3(x, y, z)
-            color += f_j * wp.vec3(scene.materials[m, 0], scene.materials[m, 1], scene.materials[m, 2])
+            color += f_j * color_at(scene, m, p)
             light += f_j * wp.vec4(
                 scene.materials[m, 3], scene.materials[m, 4], scene.materials[m, 5], scene.materials[m, 6]
             )

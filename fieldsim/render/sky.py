@@ -5,7 +5,7 @@
 import numpy as np
 import warp as wp
 
-from fieldsim.world.material import color_rgb
+from fieldsim.world.color import color_rgb
 
 AMBIENT = 0.55  # share of the sky's colour that fills shadows
 FILL = 0.045  # and of a neutral light, so that black skies leave shapes visible

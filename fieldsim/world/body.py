@@ -11,8 +11,9 @@ from fieldsim.potentials import cells
 from fieldsim.potentials.field import Field, gravity, skeleton
 from fieldsim.potentials.kernels import Kernel
 from fieldsim.potentials.primitive import Primitive
+from fieldsim.world.color import color_rgb
 from fieldsim.world.contact import LAWS, Absorb, Bounce, Repulsion
-from fieldsim.world.material import Material, color_rgb
+from fieldsim.world.material import Material
 from fieldsim.world.motion import IDENTITY, pose_at
 from fieldsim.world.rigid import Rigid
 

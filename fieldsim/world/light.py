@@ -3,7 +3,7 @@
 import dataclasses
 
 from fieldsim import validate
-from fieldsim.world.material import color_rgb
+from fieldsim.world.color import color_rgb
 
 
 @dataclasses.dataclass(frozen=True)

@@ -1,55 +1,17 @@
 """Materials: how thick and soft the tissue on a skeleton is, and how it looks."""
 
 import dataclasses
-import difflib
 import math
-
-import numpy as np
-from PIL import ImageColor
 
 from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.potentials.kernels import Cauchy, Gaussian
+from fieldsim.world.color import color_rgb
 from fieldsim.world.motion import value_at
-
-# Names beyond CSS's, as sRGB.
-_NAMES = {
-    "terracotta": "#c8643c",
-    "clay": "#b5735a",
-    "sand": "#d9c08c",
-    "basalt": "#4a4c52",
-    "ice": "#cfe8f2",
-    "moss": "#7a9a4a",
-    "copper": "#b87333",
-    "amber": "#ffb52e",
-    "ink": "#14161f",
-    "bone": "#e8dcc4",
-}
+from fieldsim.world.texture import Texture
 
 # Half width of (1 + s^2 r^2)^-2 equals that of exp(-a^2 r^2) when s = CAUCHY_PER_GAUSSIAN a.
 CAUCHY_PER_GAUSSIAN = math.sqrt((math.sqrt(2.0) - 1.0) / math.log(2.0))
-
-
-def color_rgb(owner: str, color) -> tuple[float, float, float]:
-    """Linear RGB in 0..1 of a colour: a name ("terracotta", any CSS name), "#rrggbb", or three sRGB numbers in 0..1."""
-    if isinstance(color, str):
-        srgb = np.array(_named(owner, color)) / 255.0
-    else:
-        srgb = np.asarray(validate.vector(owner, "color", color))
-        if (srgb < 0).any() or (srgb > 1).any():
-            raise InputError(f"{owner}: color is {tuple(srgb.tolist())}; give red, green, blue in 0..1")
-    linear = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
-    return tuple(linear.tolist())
-
-
-def _named(owner, name):
-    try:
-        return ImageColor.getrgb(_NAMES.get(name.lower(), name))[:3]
-    except ValueError:
-        known = [*_NAMES, *ImageColor.colormap]
-        near = difflib.get_close_matches(name.lower(), known, n=1)
-        hint = f"; did you mean {near[0]!r}?" if near else "; give a CSS name, '#rrggbb' or (r, g, b)"
-        raise InputError(f"{owner}: unknown color {name!r}{hint}") from None
 
 
 @dataclasses.dataclass(frozen=True)
@@ -62,7 +24,8 @@ class Material:
     a^2 = -B / R^2; the Cauchy takes the width that has the same half maximum. The strength is the one that puts the
     surface at R exactly.
     threshold: T relative to the canonical 1: above 1 the body shrinks, below it swells.
-    color: see `color_rgb`; ambient, diffuse, specular: factors of the lighting; shininess: Blinn-Phong exponent.
+    color: see `color_rgb`, or a solid texture such as `Marble`. ambient, diffuse, specular: factors of the lighting;
+    shininess: Blinn-Phong exponent.
     """
 
     color: object = "terracotta"
@@ -104,12 +67,18 @@ class Material:
         if not blobbiness < 0:
             raise InputError(f"Material: blobbiness is {blobbiness:g}; give a negative number, such as -4")
         object.__setattr__(self, "blobbiness", blobbiness)
-        color_rgb("Material", self.color)
+        if not isinstance(self.color, Texture):
+            color_rgb("Material", self.color)
 
     @property
     def rgb(self) -> tuple[float, float, float]:
-        """Linear RGB."""
-        return color_rgb("Material", self.color)
+        """Linear RGB, of a texture its first colour."""
+        return color_rgb("Material", self.color.color if isinstance(self.color, Texture) else self.color)
+
+    @property
+    def texture_row(self) -> tuple[float, ...]:
+        """See `Texture.row`; a kind of 0 for a plain colour."""
+        return self.color.row if isinstance(self.color, Texture) else (0.0,) * 7
 
     @property
     def surface_kernel(self) -> Gaussian | Cauchy:

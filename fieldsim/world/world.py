@@ -9,8 +9,9 @@ from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.potentials import cells
 from fieldsim.world.body import Body, Particles
+from fieldsim.world.color import color_rgb
 from fieldsim.world.light import DEFAULT_LIGHTS, Background, Light
-from fieldsim.world.material import Material, color_rgb
+from fieldsim.world.material import Material
 from fieldsim.world.motion import Pose, pose_at
 
 
@@ -79,7 +80,7 @@ class Snapshot:
     @functools.cached_property
     def surface(self) -> "Surface":
         """All bodies' surface elements in the world's frame; the surface is where their sum is 1."""
-        parts, owners, materials = [], [], []
+        parts, owners, materials, poses = [], [], [], []
         for body, pose in zip(self.world.bodies, self.poses, strict=True):
             if body.surface is None:
                 continue
@@ -88,9 +89,10 @@ class Snapshot:
             parts.append(dataclasses.replace(local, rows=rows))
             owners.append(np.full(len(local), len(materials), dtype=np.int32))
             materials.append(body.surface.at(self.time))
+            poses.append(pose)
         grouped, order = cells.concatenate(parts).grouped()
         owner = np.concatenate(owners)[order] if owners else np.zeros(0, dtype=np.int32)
-        return Surface(grouped, owner, tuple(materials))
+        return Surface(grouped, owner, tuple(materials), tuple(poses))
 
     @functools.cached_property
     def spheres(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -105,8 +107,9 @@ class Snapshot:
 
 @dataclasses.dataclass(frozen=True)
 class Surface:
-    """Surface elements in the world's frame, grouped by cell; owner[i] is the index in `materials` of element i."""
+    """Surface elements in the world's frame, grouped by cell; owner: each one's material and pose, (N,)."""
 
     elements: cells.Elements
     owner: np.ndarray
     materials: tuple[Material, ...]
+    poses: tuple[Pose, ...]

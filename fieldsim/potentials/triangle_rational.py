@@ -17,8 +17,6 @@ from fieldsim.potentials.triangle import Triangle
 from fieldsim.potentials.triangle_edges import cell
 
 COS_PI_8 = math.cos(math.pi / 8)
-# Outside farther than the root of so many zetas, parts that cancel there are left out.
-OUTSIDE = 4.0
 # Below this angle atan is taken from its series.
 THIN = 1e-3
 # InverseSquare takes the cubature from so many sizes.
@@ -127,7 +125,7 @@ def strips(d: real, lo: real, length: real, zeta: real, outside: real):
     these sum up to nothing as zeta -> 0, and what is left is summed instead.
     """
     first, second, third = lorentzians(d * d + zeta, lo, length)
-    if outside > real(0.0) and outside * outside > real(OUTSIDE) * zeta:
+    if outside > real(0.0) and outside * outside > zeta:
         part = real(0.0)
         if d != real(0.0):
             part = far_strip(abs(d), lo, length, zeta)

@@ -1,4 +1,4 @@
-"""Print figures: `python -m benchmarks fields|motion|render|film [--json]`.
+"""Print figures: `python -m benchmarks accuracy|fields|motion|precision|contact|render|film [--json] [--full]`.
 
 Each part is a module with a function `rows()` that yields dicts: name, value, unit, and where a peer is installed peer
 (its name), peer_value and ratio (value / peer_value). A part or a peer that is not there is passed over with a word.
@@ -6,21 +6,24 @@ Each part is a module with a function `rows()` that yields dicts: name, value, u
 
 import importlib
 import importlib.util
+import inspect
 import json
 import sys
 
 import click
 
-PARTS = ("fields", "motion", "render", "film")
+PARTS = ("accuracy", "fields", "motion", "precision", "contact", "render", "film")
 KEYS = ("name", "value", "unit", "peer", "peer_value", "ratio")
 
 
-def measured(part):
-    """The rows of one part, with all the keys."""
+def measured(part, full):
+    """The rows of one part, with all the keys; full: the long runs too, where a part has some."""
     if importlib.util.find_spec(f"benchmarks.{part}") is None:
         click.echo(f"benchmarks: there is no part {part} yet, passed over", err=True)
         return
-    for row in importlib.import_module(f"benchmarks.{part}").rows():
+    rows = importlib.import_module(f"benchmarks.{part}").rows
+    options = {"full": full} if "full" in inspect.signature(rows).parameters else {}
+    for row in rows(**options):
         peer_value = row.get("peer_value")
         ratio = row["value"] / peer_value if peer_value else None
         yield {key: row.get(key) for key in KEYS} | {"ratio": row.get("ratio", ratio)}
@@ -29,9 +32,10 @@ def measured(part):
 @click.command()
 @click.argument("parts", nargs=-1, type=click.Choice(PARTS))
 @click.option("as_json", "--json", is_flag=True, help="One JSON object per line.")
-def main(parts, as_json):
+@click.option("--full", is_flag=True, help="The long runs too: minutes.")
+def main(parts, as_json, full):
     """Measure PARTS and print the figures; all parts unless told."""
-    rows = (row for part in parts or PARTS for row in measured(part))
+    rows = (row for part in parts or PARTS for row in measured(part, full))
     if as_json:
         for row in rows:
             click.echo(json.dumps(row))

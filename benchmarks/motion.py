@@ -1,10 +1,10 @@
-"""How fast particles move: particle-steps a second of wall time, leapfrog, float64, kernels compiled beforehand."""
+"""How fast particles move: particle-steps a second of wall time, float64, kernels compiled beforehand."""
 
 import time
 
 import numpy as np
 
-from fieldsim.dynamics.integrators import Leapfrog
+from fieldsim.dynamics.integrators import BlanesMoan6, Leapfrog, Omelyan4, Omelyan6
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.launch import THREADS
 from fieldsim.potentials.circle import Circle
@@ -24,13 +24,15 @@ CLAY = Material(radius=0.25, blobbiness=-4.0)
 def rows(repeats: int = 3):
     """Particle-steps a second, the best of `repeats` runs."""
     every = f"{THREADS} cores"
+    free = [
+        (name, count, steps, threads, {"skeleton": skeleton})
+        for name, skeleton in (("donut", DONUT), ("cigar", CIGAR))
+        for count, steps in ((1000, 1000), (100_000, 20))
+        for threads in (1, THREADS)
+    ]
     for name, count, steps, threads, options in (
-        ("donut", 1000, 1000, 1, {"skeleton": DONUT}),
-        ("donut", 1000, 1000, THREADS, {"skeleton": DONUT}),
-        ("cigar", 1000, 1000, 1, {"skeleton": CIGAR}),
-        ("cigar", 1000, 1000, THREADS, {"skeleton": CIGAR}),
+        *free,
         ("spinning cigar", 1000, 1000, 1, {"skeleton": CIGAR, "motion": Spin()}),
-        ("donut", 100_000, 100, THREADS, {"skeleton": DONUT}),
         ("donut with bounces", 1000, 1000, 1, {"skeleton": DONUT, "surface": CLAY}),
         ("donut with bounces", 1000, 1000, THREADS, {"skeleton": DONUT, "surface": CLAY}),
     ):
@@ -41,6 +43,13 @@ def rows(repeats: int = 3):
             "value": _speed(simulation, steps, repeats),
             "unit": "particle-steps/s",
         }
+    for method in (Leapfrog, BlanesMoan6, Omelyan4, Omelyan6):
+        simulation = _simulation(1000, 1, {"skeleton": DONUT}, method)
+        yield {
+            "name": f"donut, {method.__name__}, order {method.order}, 1000 particles x 200 steps, 1 core",
+            "value": method.evaluations * _speed(simulation, 200, repeats),
+            "unit": "evaluations/s",
+        }
     simulation = _settled(1000)
     yield {
         "name": "pebbles at rest on the donut, 1000 particles x 1000 steps, 1 core",
@@ -49,7 +58,7 @@ def rows(repeats: int = 3):
     }
 
 
-def _simulation(count, threads, options):
+def _simulation(count, threads, options, method=Leapfrog):
     """Particles falling from a shell of radii 2 to 3 around one body; they bounce if it has a surface."""
     rng = np.random.default_rng(1)
     directions = rng.normal(size=(count, 3))
@@ -59,7 +68,7 @@ def _simulation(count, threads, options):
     world.add_body(Body(gravity=Newtonian(), mass=1.0, **options))
     contact = Bounce(0.6) if "surface" in options else None
     world.add_particles(positions, 0.2 * np.cross(positions, (0, 0, 1)), contact=contact)
-    return Simulation(world, Leapfrog(DT), threads=threads)
+    return Simulation(world, method(DT), threads=threads)
 
 
 def _settled(count):

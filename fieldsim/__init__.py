@@ -3,8 +3,9 @@
 `import fieldsim as fs`; every public name is listed in `__all__`.
 """
 
-from fieldsim import sampling
+from fieldsim import plots, sampling
 from fieldsim.cli import main
+from fieldsim.dynamics.auto import Auto, Choice
 from fieldsim.dynamics.diagnostics import (
     Energy,
     EnergyLog,
@@ -14,7 +15,25 @@ from fieldsim.dynamics.diagnostics import (
     energy,
     jacobi,
 )
-from fieldsim.dynamics.integrators import Leapfrog
+from fieldsim.dynamics.integrators import (
+    BlanesMoan4,
+    BlanesMoan6,
+    BlanesMoan6B,
+    Chin4,
+    Integrator,
+    KahanLi6,
+    KahanLi8,
+    Leapfrog,
+    Omelyan4,
+    Omelyan6,
+    Omelyan8,
+    SofroniouSpaletta10,
+    Splitting,
+    Suzuki4,
+)
+from fieldsim.dynamics.lyapunov import Lyapunov, lyapunov
+from fieldsim.dynamics.radau import Radau
+from fieldsim.dynamics.section import Crossings, Section, poincare
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.errors import (
     DeviceError,
@@ -26,6 +45,7 @@ from fieldsim.errors import (
     ScenarioError,
 )
 from fieldsim.filming import Report, film
+from fieldsim.plots import Picture
 from fieldsim.potentials import planets, profile
 from fieldsim.potentials.arc import Arc
 from fieldsim.potentials.circle import Circle
@@ -44,20 +64,32 @@ from fieldsim.render.camera import Camera
 from fieldsim.render.image import Renderer, render
 from fieldsim.render.video import Film
 from fieldsim.scenario import Scenario, load
-from fieldsim.world.body import Body, Bounce, Particles
+from fieldsim.world.body import Body, Particles
+from fieldsim.world.contact import Absorb, Bounce, Repulsion, Status
 from fieldsim.world.light import Background, DirectionalLight, PointLight
 from fieldsim.world.material import Material
 from fieldsim.world.motion import Keyframes, Pose, Spin, timeline
+from fieldsim.world.rig import Bone, Rig
+from fieldsim.world.rigid import Rigid
 from fieldsim.world.world import Snapshot, World
 
 __all__ = [
+    "Absorb",
     "Arc",
+    "Auto",
     "Background",
+    "BlanesMoan4",
+    "BlanesMoan6",
+    "BlanesMoan6B",
     "Body",
+    "Bone",
     "Bounce",
     "Camera",
     "Cauchy",
+    "Chin4",
+    "Choice",
     "Circle",
+    "Crossings",
     "DeviceError",
     "DirectionalLight",
     "Energy",
@@ -71,13 +103,21 @@ __all__ = [
     "FilmError",
     "Gaussian",
     "InputError",
+    "Integrator",
     "InverseSquare",
+    "KahanLi6",
+    "KahanLi8",
     "Keyframes",
     "Leapfrog",
+    "Lyapunov",
     "Material",
     "Metaball",
     "Newtonian",
+    "Omelyan4",
+    "Omelyan6",
+    "Omelyan8",
     "Particles",
+    "Picture",
     "Plane",
     "Point",
     "PointLight",
@@ -87,15 +127,24 @@ __all__ = [
     "ProfiledArc",
     "ProfiledSegment",
     "Quartic",
+    "Radau",
     "Renderer",
     "Report",
+    "Repulsion",
+    "Rig",
+    "Rigid",
     "Scenario",
     "ScenarioError",
+    "Section",
     "Segment",
     "Simulation",
     "Snapshot",
+    "SofroniouSpaletta10",
     "SoftObject",
     "Spin",
+    "Splitting",
+    "Status",
+    "Suzuki4",
     "TaperedSegment",
     "Triangle",
     "TriangleMesh",
@@ -111,9 +160,12 @@ __all__ = [
     "gravity",
     "jacobi",
     "load",
+    "lyapunov",
     "main",
     "mesh",
     "planets",
+    "plots",
+    "poincare",
     "polygon",
     "polyline",
     "profile",

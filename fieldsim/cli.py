@@ -139,7 +139,9 @@ def _film_options():
     """The options that every film has."""
     return [
         click.Option(
-            ["--out"], metavar="FILE", help="Where to: .mp4, .gif, .png (last frame), folder/ or name_%04d.png."
+            ["--out"],
+            metavar="FILE",
+            help="Where to: .mp4, .gif, .png (last frame), folder/ or name_%04d.png; a plot: .png, .svg.",
         ),
         click.Option(["--size"], type=_Size(), metavar="WxH", help="Pixels of a frame; 640x360 unless told."),
         click.Option(["--fps"], type=_Positive(), help="Frames per second; the scenario's unless told."),
@@ -197,21 +199,51 @@ def film_command(build, name: str) -> click.Command:
 
 
 def _film(build, name, told, options):
-    """Check what the machine and the disk say about the request, build, film, report."""
-    from fieldsim import filming
+    """Check what the machine and the disk say about the request, build, film or draw, report."""
+    from fieldsim import filming, plots
     from fieldsim.launch import device_named
     from fieldsim.render.video import Film
 
-    out = options.pop("out") or f"{name}{'-preview' if options['preview'] else ''}.mp4"
-    try:
-        Film(out, options["size"])
-    except InputError as error:
-        raise click.UsageError(str(error)) from None
+    out = options.pop("out")
+    with _usage():
+        if out and pathlib.Path(out).suffix.lower() in plots.KINDS:
+            plots.checked_path(out)
+        else:
+            Film(out or "film.mp4", options["size"])
     device_named(options["device"])
     scenario = scenarios.call(build, told)
+    if isinstance(scenario, plots.Picture):
+        _draw(scenario, out or f"{name}.png", options["size"])
+        return
+    out = out or f"{name}{'-preview' if options['preview'] else ''}.mp4"
+    with _usage():
+        Film(out, options["size"])
     with _progress(scenario.title or name) as watch:
         report = filming.film(scenario, out, watch=watch, **options)
     click.echo(str(report))
+
+
+@contextlib.contextmanager
+def _usage():
+    """Turn bad input into wrong usage."""
+    try:
+        yield
+    except InputError as error:
+        raise click.UsageError(str(error)) from None
+
+
+def _draw(picture, out, size):
+    """Draw a picture, with a sign of life on a terminal."""
+    from rich import console
+
+    from fieldsim import plots
+
+    with _usage():
+        plots.checked_path(out)
+    terminal = console.Console(stderr=True)
+    with terminal.status(f"drawing {picture.title or out}") if terminal.is_terminal else contextlib.nullcontext():
+        picture.save(out, size)
+    click.echo(str(out))
 
 
 @contextlib.contextmanager

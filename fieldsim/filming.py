@@ -8,7 +8,7 @@ import warnings
 from fieldsim import launch
 from fieldsim.dynamics.diagnostics import EnergyLog, EnergyReport
 from fieldsim.dynamics.simulation import Simulation
-from fieldsim.errors import FieldsimWarning
+from fieldsim.errors import FieldsimError, FieldsimWarning
 from fieldsim.render.image import Renderer
 from fieldsim.render.video import Film
 from fieldsim.scenario import Scenario
@@ -54,6 +54,7 @@ class Report:
     bounces: int = 0
     rays: int = 0
     energy: EnergyReport | None = None
+    integrator: str = ""
 
     @property
     def compiling(self) -> float:
@@ -67,7 +68,9 @@ class Report:
         lines = [f"{self.path}: {many} of {width}x{height} in {self.seconds:.1f} s ({speed:.1f} frames/s)"]
         if self.particle_steps:
             bounces = f", {self.bounces} bounces" if self.bounces else ""
-            steps = f"{_short(self.particle_steps / self.simulating.seconds)} particle-steps/s{bounces}"
+            steps = (
+                f"{_short(self.particle_steps / self.simulating.seconds)} particle-steps/s{bounces}, {self.integrator}"
+            )
             lines.append(f"  simulating {self.simulating.seconds:6.1f} s  {steps}")
         rays = _short(self.rays / self.rendering.seconds)
         lines.append(f"  rendering  {self.rendering.seconds:6.1f} s  {rays} rays/s")
@@ -107,6 +110,7 @@ def film(
     size: (width, height), 640x360 unless told; fps, duration: the scenario's unless told; quality: "draft" or "final".
     preview: a quick look: half the width and height, draft quality, 10 frames per second, where nothing else is told.
     watch: called with (frames done, frames in all) as the work goes on. A path that ends in .png gets the last frame.
+    A simulation that fails under way ends the film: the frames so far are kept, and the FieldsimError says so.
     """
     duration = scenario.duration if duration is None else duration
     fps = (min(10.0, scenario.fps) if preview else scenario.fps) if fps is None else fps
@@ -122,30 +126,49 @@ def film(
             times = times[-1:]
         report = Report(target.path, target.size, len(times))
         renderer = Renderer(target.size, quality, device)
-        for done, snapshot in enumerate(_snapshots(scenario, times, device, report)):
+        failures = []
+        for done, snapshot in enumerate(_until_failure(_snapshots(scenario, times, device, report), failures)):
             watch(done, len(times))
             with report.rendering.running():
                 image = renderer.frame(snapshot, scenario.camera)
             with report.writing.running():
                 target.write(image)
-        watch(len(times), len(times))
+        if failures and not target.frames:
+            raise failures[0]
+        watch(target.frames, len(times))
+    if failures:
+        raise FieldsimError(
+            f"{failures[0]}; {target.path} keeps the {target.frames} of {len(times)} frames made before"
+        ) from failures[0]
     report.rays = renderer.rays
     report.seconds = time.perf_counter() - begun
     return report
 
 
+def _until_failure(snapshots, failures):
+    """The snapshots up to the one that fails; its error goes into `failures`."""
+    try:
+        yield from snapshots
+    except FieldsimError as error:
+        failures.append(error)
+
+
 def _snapshots(scenario, times, device, report):
     """The scenario's moments at `times`, and their part of the report."""
-    if not any(len(particles) for particles in scenario.world.particles):
-        yield from map(scenario.world.at, times)
+    world = scenario.world
+    some = any(len(particles) for particles in world.particles)
+    if not some and not any(body.free for body in world.bodies):
+        yield from map(world.at, times)
         return
     with report.simulating.running():
-        simulation = Simulation(scenario.world, scenario.integrator, device=device)
+        simulation = Simulation(world, scenario.integrator, device=device)
         log = EnergyLog(simulation)
+    report.integrator = str(simulation.choice or simulation.integrator)
     for moment in times:
         with report.simulating.running():
             simulation.advance(moment)
             log.record()
             snapshot = simulation.snapshot()
         yield snapshot
-    report.particle_steps, report.bounces, report.energy = simulation.steps_done, simulation.bounces, log.report()
+    if some:
+        report.particle_steps, report.bounces, report.energy = simulation.steps_done, simulation.bounces, log.report()

@@ -115,7 +115,9 @@ def _compile(twin, target):
         return wp.func(twin)
     import numba
 
-    return numba.njit(error_model="numpy")(twin)
+    # Inlined, so that LLVM drops what a caller leaves unused (a Hessian, a gradient). Portable functions own no memory,
+    # and without numba's counting of references to the tables passed down they run twice as fast.
+    return numba.njit(error_model="numpy", forceinline=True, _nrt=False)(twin)
 
 
 def _annotations(source, target, scalar):

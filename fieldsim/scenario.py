@@ -15,8 +15,10 @@ import types
 import typing
 
 from fieldsim import validate
-from fieldsim.dynamics.integrators import Leapfrog
+from fieldsim.dynamics.auto import integrator_of
+from fieldsim.dynamics.integrators import Integrator
 from fieldsim.errors import FieldsimError, InputError, ScenarioError
+from fieldsim.plots import Picture
 from fieldsim.render.camera import Camera
 from fieldsim.world.world import World
 
@@ -28,23 +30,22 @@ class Scenario:
     """What a film shows.
 
     world: what there is; camera: who looks; duration: length in seconds, of the film and of the world's time;
-    fps: frames per second; integrator: how particles move, None for `Leapfrog()`; title: for the report, else the
-    script's name.
+    fps: frames per second; integrator: how particles move, None for `Leapfrog()`, "auto" for `Auto()`; title: for the
+    report, else the script's name.
     """
 
     world: World = dataclasses.field(kw_only=False)
     camera: Camera = dataclasses.field(kw_only=False)
     duration: float
     fps: float = 30.0
-    integrator: Leapfrog | None = None
+    integrator: Integrator | str | None = None
     title: str = ""
 
     def __post_init__(self):
         for name, kind in (("world", World), ("camera", Camera)):
             if not isinstance(getattr(self, name), kind):
                 raise InputError(f"Scenario: {name} is {getattr(self, name)!r}; give a fs.{kind.__name__}")
-        if not isinstance(self.integrator, Leapfrog | None):
-            raise InputError(f"Scenario: integrator is {self.integrator!r}; give fs.Leapfrog(dt), or None")
+        object.__setattr__(self, "integrator", integrator_of("Scenario", self.integrator))
         for name in ("duration", "fps"):
             object.__setattr__(self, name, validate.number("Scenario", name, getattr(self, name), above=0.0))
 
@@ -139,13 +140,13 @@ def being_loaded() -> bool:
     return _under_load.get()
 
 
-def call(build, values: dict) -> Scenario:
-    """`build(**values)`; raises ScenarioError, naming the line of the script, when it fails or gives no Scenario."""
+def call(build, values: dict) -> Scenario | Picture:
+    """`build(**values)`; raises ScenarioError, naming the line of the script, when it fails or gives something else."""
     path = inspect.getsourcefile(build) or "scenario"
     with _told(path):
         scenario = build(**values)
-    if not isinstance(scenario, Scenario):
-        raise ScenarioError(f"{_short(path)}: build returned {scenario!r}; return a fs.Scenario")
+    if not isinstance(scenario, Scenario | Picture):
+        raise ScenarioError(f"{_short(path)}: build returned {scenario!r}; return a fs.Scenario or a fs.Picture")
     return scenario
 
 

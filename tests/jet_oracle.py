@@ -10,6 +10,7 @@ import itertools
 import mpmath as mp
 import numpy as np
 
+from fieldsim.potentials.plane import Plane
 from fieldsim.potentials.point import Point
 from fieldsim.potentials.segment import Segment
 
@@ -26,6 +27,8 @@ def jet(kernel, primitive, point):
             return _terms(profile, _minus(x, _vector(primitive.position)))
         if isinstance(primitive, Segment):
             return _segment(profile, edges, softening, _vector(primitive.start), _vector(primitive.end), x)
+        if isinstance(primitive, Plane):
+            return _plane(kernel, profile, edges, primitive, x)
         return _arc(profile, edges, softening, primitive, x)
 
 
@@ -61,6 +64,29 @@ def _polynomial(t, t2, coefficients):
     if w <= 0:
         return mp.mpf(0), mp.mpf(0), mp.mpf(0)
     return a * w**2 + b * w**3, -(2 * a * w + 3 * b * w**2) / t2, (2 * a + 6 * b * w) / t2**2
+
+
+def _plane(kernel, profile, edges, primitive, x):
+    """F = pi times the integral of h over t = r^2 from z^2 on, or in its gauge; the derivatives are h itself."""
+    name, w = type(kernel).__name__, mp.mpf(kernel.width)
+    normal = _unit(_vector(primitive.normal))
+    z = _dot(_minus(x, _vector(primitive.point)), normal)
+    h, slope, _ = profile(z * z)
+    if name == "Newtonian":
+        f = -2 * mp.pi * (mp.sqrt(z * z + w * w) - w)
+    elif name == "InverseSquare":
+        f = -mp.pi * mp.log(z * z + w * w)
+    elif name == "Gaussian":
+        f = mp.pi * h / w**2
+    elif name == "Cauchy":
+        f = mp.pi / (w**2 * (1 + w**2 * z * z))
+    else:
+        ends = [z * z, *(r * r for r in edges if r * r > z * z)]
+        f = mp.pi * mp.quad(lambda t: profile(t)[0], ends) if len(ends) > 1 else mp.mpf(0)
+    # For the bare Newtonian kernel both terms cancel, exactly.
+    bend = -2 * mp.pi * (w**2 * h**3 if name == "Newtonian" else h + 2 * z * z * slope)
+    pairs = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+    return [f, *(-2 * mp.pi * z * h * n for n in normal), *(bend * normal[i] * normal[j] for i, j in pairs)]
 
 
 def _segment(profile, edges, softening, a, b, x):
@@ -157,7 +183,7 @@ def _terms(profile, d):
 
 
 def _vector(values):
-    return [mp.mpf(float(v)) for v in values]
+    return [v if isinstance(v, mp.mpf) else mp.mpf(float(v)) for v in values]
 
 
 def _dot(a, b):

@@ -115,12 +115,12 @@ def _names(name, raw):
 
 
 def _case(kernel, primitive, raw) -> Case:
-    scale, width = _scale(kernel, primitive, abs(raw["value"]))
+    scale, width = scale_and_width(kernel, primitive, abs(raw["value"]))
     point, gradient = np.array(raw["point"]), np.array(raw["gradient"])
     return Case(kernel, primitive, point, raw["value"], gradient, raw["mode"], scale, width)
 
 
-def _scale(kernel, primitive, size):
+def scale_and_width(kernel, primitive, size):
     """(S, w) of a case whose value's size is given."""
     endless = isinstance(primitive, Plane)
     if isinstance(kernel, Newtonian | InverseSquare):

@@ -123,7 +123,21 @@ def test_a_script_runs_by_itself_as_through_the_command(here):
     assert films(here) == ["planet.mp4"]
 
 
-@pytest.mark.parametrize("script", sorted(SCENARIOS.glob("*.py")), ids=lambda path: path.stem)
+PICTURES = {"poincare": ("--orbits", 4)}
+FILMS = sorted(path for path in SCENARIOS.glob("*.py") if path.stem not in PICTURES)
+
+
+@pytest.mark.parametrize("name", PICTURES)
+def test_every_picture_is_drawn(name, here, capsys):
+    script = SCENARIOS / f"{name}.py"
+    assert fieldsim("run", script, "--duration", 60, "--size", "320x240", "--out", "p.png", *PICTURES[name]) == 0
+    assert capsys.readouterr() == ("p.png\n", "")
+    assert imageio.imread("p.png").shape[:2] == (240, 320)
+    assert fieldsim("run", script, "--out", "p.mp4") == 2
+    assert "a picture ends in .png, .svg or .pdf" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("script", FILMS, ids=lambda path: path.stem)
 def test_every_scenario_films(script, here, capsys):
     size = ("--size", "64x36", "--quality", "draft", "--out", "p_%d.png")
     assert fieldsim("run", script, "--duration", 1, "--fps", 2, *size) == 0

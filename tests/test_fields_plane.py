@@ -85,3 +85,25 @@ def test_bad_planes():
         Plane((0, 0, 0), (0, 0, 0))
     with pytest.raises(InputError, match="infinite area"):
         _ = Plane((0, 0, 0), (0, 0, 1)).measure
+
+
+@pytest.mark.parametrize(("single", "accepted"), [(False, 1e-13), (True, 5e-6)])
+def test_a_tilted_plane_keeps_the_digits_of_small_heights(single, accepted):
+    rng = np.random.default_rng(2)
+    target, kind = ("warp32", np.float32) if single else ("warp64", np.float64)
+    planes = [Plane(rng.normal(size=3), rng.normal(size=3)) for _ in range(40)]
+    rows = np.array([jets.row(Cauchy(0.7), plane) for plane in planes]).astype(kind).astype(float)
+    # The height is known to 2^-34 of the offset in single precision, to 2^-76 in double.
+    heights = 10 ** rng.uniform(-4 if single else -9, -1, (40, 1))
+    sideways = rng.normal(size=(40, 3))
+    sideways -= np.sum(sideways * rows[:, 17:20], axis=1)[:, None] * rows[:, 17:20]
+    points = (rows[:, 5:8] + sideways + heights * rows[:, 17:20]).astype(kind).astype(float)
+    _, gradient, _ = jets.evaluate(target, (Cauchy, Plane), points, rows)
+    for row, point, got in zip(rows, points, gradient, strict=True):
+        with mp.workdps(40):
+            z = mp.fsum(
+                mp.mpf(n) * (mp.mpf(x) - mp.mpf(p)) for n, x, p in zip(row[17:20], point, row[5:8], strict=True)
+            )
+            slope = -2 * mp.pi * z / (1 + mp.mpf(row[1]) ** 2 * z * z) ** 2
+            error = mp.norm(mp.matrix([g - slope * n for g, n in zip(got, row[17:20], strict=True)]))
+            assert error <= accepted * abs(slope)

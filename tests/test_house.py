@@ -29,7 +29,7 @@ def python(script, **options):
 # Imports
 
 
-@pytest.mark.parametrize("name", ["mujoco", "numba", "imageio", "imageio_ffmpeg", "rich", "scipy"])
+@pytest.mark.parametrize("name", ["mujoco", "numba", "imageio", "imageio_ffmpeg", "rich", "scipy", "matplotlib"])
 def test_import_leaves_out_what_only_some_need(name):
     done = python(f"import sys, fieldsim; print({name!r} in sys.modules)")
     assert (done.stdout, done.stderr) == ("False\n", "")
@@ -41,12 +41,13 @@ KNOWS = {
     "potentials": set(),
     "sampling": set(),
     "about": set(),
+    "plots": set(),
     "world": {"potentials"},
     "dynamics": {"potentials", "world"},
     "render": {"potentials", "world"},
-    "scenario": {"potentials", "world", "dynamics", "render"},
+    "scenario": {"potentials", "world", "dynamics", "render", "plots"},
     "filming": {"potentials", "world", "dynamics", "render", "scenario"},
-    "cli": {"render", "scenario", "filming", "about"},
+    "cli": {"plots", "render", "scenario", "filming", "about"},
     "__main__": {"cli"},
 }
 
@@ -82,7 +83,7 @@ def test_all_is_sorted_and_complete():
     assert fs.__all__ == sorted(fs.__all__)
     assert len(set(fs.__all__)) == len(fs.__all__)
     visible = {name for name, value in vars(fs).items() if name[0] != "_" and not inspect.ismodule(value)}
-    assert visible | {"planets", "profile", "sampling"} == set(fs.__all__)
+    assert visible | {"planets", "plots", "profile", "sampling"} == set(fs.__all__)
 
 
 def families(root):

@@ -1,6 +1,7 @@
 """One Python function, the same numbers on every target; what a target lacks is refused by name."""
 
 import math
+import sys
 
 import numba
 import numpy as np
@@ -91,6 +92,11 @@ def many(x: real):
 
 
 @portable
+def cheap_and_dear(x: real):
+    return x * x, many(x)
+
+
+@portable
 def looked_up(x: real, rows: Table, kinds: Indices, i: int):
     return rows[kinds[i], 1] * x
 
@@ -131,6 +137,33 @@ def test_targets_agree(function):
     single = X.astype(np.float32)
     expected = [function(float(x)) for x in single]
     np.testing.assert_allclose(on_warp(function, wp.float32, single), expected, rtol=1e-6, atol=1e-6)
+
+
+def test_numba_drops_what_is_left_unused():
+    """Who takes the value alone does not pay for the derivatives."""
+    twin = cheap_and_dear.numba
+
+    @numba.njit
+    def both(x):
+        return twin(x)
+
+    @numba.njit
+    def cheap(x):
+        return twin(x)[0]
+
+    assert cheap(2.0) == both(2.0)[0] == 4.0
+    taken, left = ("".join(f.inspect_asm().values()) for f in (both, cheap))
+    assert "sinh" in taken
+    assert "sinh" not in left
+
+
+def test_tables_come_from_python_too():
+    """Twins count no references to arrays; the caller keeps its own."""
+    rows, kinds = np.array([[0.0, 5.0], [0.0, 7.0]]), np.array([1, 0], dtype=np.int32)
+    before = sys.getrefcount(rows)
+    for _ in range(100):
+        assert looked_up.numba(2.0, rows, kinds, 0) == 14.0
+    assert sys.getrefcount(rows) == before
 
 
 def test_every_function_of_math_is_tried():

@@ -7,6 +7,7 @@ import mpmath as mp
 import numba
 import numpy as np
 import pytest
+import targets
 import warp as wp
 
 from fieldsim import launch
@@ -22,12 +23,14 @@ from fieldsim.potentials.tapered import TaperedSegment
 
 SEGMENT = Segment((0.2, -0.1, 0.3), (1.4, 0.5, -0.2))
 ARC = Arc((0.1, 0.2, -0.3), (0.2, 0.3, 0.9), (1.0, 0.4, 0.0), 0.8, 2.2)
+TWELFTH = (2.0, -1.5, 0.5, 1.25, -0.75, 0.25, -0.5, 0.75, 1.0, -0.25, 0.125, -0.625, 0.875)
 PROFILES = {
     "constant": (profile.constant(0.7), lambda u: 0.7),
     "linear": (profile.linear(0.4, 1.5), lambda u: 0.4 + 1.1 * u),
     "hat": (profile.hat(0.2, 1.3), lambda u: 0.2 + 1.1 * (1 - abs(2 * u - 1))),
     "sine": (profile.sine(0.1, 0.9), lambda u: 0.1 + 0.8 * math.sin(math.pi * u) ** 2),
     "polynomial": (profile.polynomial(1, -2, 0.5, 3, -1, 0.25), lambda u: np.polyval([0.25, -1, 3, 0.5, -2, 1], u)),
+    "degree 12": (profile.polynomial(*TWELFTH), lambda u: np.polyval(TWELFTH[::-1], u)),
     "hat squared": (Profile((0.5, 0.2, 0.3), "hat"), lambda u: np.polyval([0.3, 0.2, 0.5], 1 - abs(2 * u - 1))),
 }
 KERNELS = [Cauchy(1.3), Gaussian(0.9), Newtonian(0.1), InverseSquare(0.2), Metaball(2.5), SoftObject(3.0), Quartic(2.7)]
@@ -145,10 +148,37 @@ def test_derivatives_by_differences(kernel, primitive, name):
     np.testing.assert_allclose(np.moveaxis(slopes[:, :, 1:4], 1, 2), hessian, atol=1e-7 * scale)
 
 
+@pytest.mark.parametrize("degree", range(profile.DEGREE + 1))
+@pytest.mark.parametrize("target", ["numba", "warp64"])
+def test_polynomials_of_any_degree_by_the_product_rule(target, degree):
+    kernel, given = Newtonian(0.1), TWELFTH[: degree + 1]
+    points = points_around(SEGMENT)
+    f, slope, hessian = parts(evaluate(target, kernel, SEGMENT, points))
+    bent = parts(evaluate(target, kernel, profiled(SEGMENT, profile.polynomial(*given)), points))
+    u = np.array([parameter(SEGMENT, p) for p in points])
+    curve = np.polynomial.Polynomial(given)
+    inside = (u > 0) & (u < 1)
+    p, p1, p2 = curve(u), np.where(inside, curve.deriv(1)(u), 0.0), np.where(inside, curve.deriv(2)(u), 0.0)
+    along = np.subtract(SEGMENT.end, SEGMENT.start) / SEGMENT.measure**2
+    mixed = np.einsum("n,i,nj->nij", p1, along, slope)
+    expected = (
+        p * f,
+        p[:, None] * slope + (p1 * f)[:, None] * along,
+        p[:, None, None] * hessian + mixed + mixed.swapaxes(1, 2) + np.einsum("n,i,j->nij", p2 * f, along, along),
+    )
+    for got, true in zip(bent, expected, strict=True):
+        np.testing.assert_allclose(got, true, rtol=0, atol=1e-12 * np.abs(true).max())
+
+
+def parts(jets):
+    """Values (N,), gradients (N, 3) and Hessians (N, 3, 3) of jets (N, 10)."""
+    return jets[:, 0], jets[:, 1:4], targets.hessians(jets)
+
+
 @pytest.mark.parametrize(("kernel", "primitive"), [(Newtonian(0.1), SEGMENT), (InverseSquare(0.2), ARC)])
 def test_targets_agree(kernel, primitive):
     points = points_around(primitive)
-    for given in (profile.sine(), profile.polynomial(1, -2, 0.5, 3, -1, 0.25)):
+    for given in (profile.sine(), profile.polynomial(1, -2, 0.5, 3, -1, 0.25), profile.polynomial(*TWELFTH)):
         exact = evaluate("numba", kernel, profiled(primitive, given), points)
         scale = np.abs(exact).max(axis=0)
         for target, accepted in (("warp64", 1e-13), ("warp32", 2e-5)):
@@ -198,8 +228,8 @@ def test_profiled():
     ("call", "message"),
     [
         (lambda: Profile((1,), "wave"), "Profile: shape is 'wave'; give one of along, hat, sine"),
-        (lambda: Profile(()), "Profile: 0 coefficients; give 1 to 6"),
-        (lambda: profile.polynomial(*range(7)), "Profile: 7 coefficients; give 1 to 6"),
+        (lambda: Profile(()), "Profile: 0 coefficients; give 1 to 13"),
+        (lambda: profile.polynomial(*range(14)), "Profile: 14 coefficients; give 1 to 13"),
         (lambda: Profile(3.0), "Profile: coefficients are 3.0; give a sequence"),
         (lambda: Profile((1, np.nan)), r"Profile: coefficients\[1\] is nan"),
         (lambda: profile.linear("thick"), "linear: start is 'thick'"),

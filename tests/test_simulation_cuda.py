@@ -5,9 +5,10 @@ import pytest
 import warp as wp
 
 from fieldsim.dynamics.integrators import Leapfrog
+from fieldsim.dynamics.radau_kernels import dense_kernel, radau_kernel
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.dynamics.sources import Sources, _field_kernel
-from fieldsim.dynamics.steps import contact_kernel, leapfrog_kernel, release_kernel
+from fieldsim.dynamics.steps import contact_kernel, release_kernel, splitting_kernel
 from fieldsim.potentials.circle import Circle
 from fieldsim.potentials.kernels import Newtonian
 from fieldsim.potentials.segment import Segment
@@ -33,10 +34,13 @@ def test_every_kernel_compiles_for_cuda(tmp_path):
     world = spinning_donut_with_a_bar()
     gravity, surface = (Sources(world, role, 0.0).kinds_used for role in ("gravity", "surface"))
     kernels = (
-        leapfrog_kernel(gravity),
-        contact_kernel(gravity, surface),
+        *(splitting_kernel(gravity, gradients, together) for gradients in (False, True) for together in (False, True)),
+        contact_kernel(gravity, surface, False),
+        contact_kernel(gravity, surface, True),
         release_kernel(surface),
         _field_kernel(gravity),
+        radau_kernel(gravity),
+        dense_kernel(gravity),
     )
     for index, kernel in enumerate(kernels):
         folder = tmp_path / str(index)

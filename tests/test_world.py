@@ -7,13 +7,18 @@ import pytest
 
 from fieldsim.errors import InputError
 from fieldsim.potentials import cells
+from fieldsim.potentials.arc import Arc
+from fieldsim.potentials.circle import Circle
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
+from fieldsim.potentials.plane import Plane
 from fieldsim.potentials.point import Point
 from fieldsim.potentials.segment import Segment
+from fieldsim.potentials.triangle import Triangle
 from fieldsim.world.body import Body, Bounce, Particles
 from fieldsim.world.light import DirectionalLight, PointLight
 from fieldsim.world.material import Material
 from fieldsim.world.motion import Keyframes, Pose, Spin, pose_at, timeline
+from fieldsim.world.rig import Bone, Rig
 from fieldsim.world.world import World
 
 ORIGIN = (0.0, 0.0, 0.0)
@@ -72,6 +77,82 @@ def test_linear_and_step_keyframes():
 def test_bad_keyframes_are_refused(times, values, words):
     with pytest.raises(InputError, match=words):
         Keyframes(times, values)
+
+
+def test_keyframes_of_poses_keep_uniform_rotation_and_pass_through_the_keys():
+    times = [0.0, 1.0, 2.5, 3.0, 4.0]
+    poses = [Pose.turned((1, 2, 3), 0.9 * t, (2 * t, 0, 1)) for t in times]
+    curve = Keyframes(times, poses)
+    for time, pose in zip(times, poses, strict=True):
+        np.testing.assert_allclose(curve(time).matrix, pose.matrix, atol=1e-15)
+    np.testing.assert_allclose(curve(1.7).matrix, Pose.turned((1, 2, 3), 0.9 * 1.7).matrix, atol=1e-14)
+    np.testing.assert_allclose(curve(1.7).position, (3.4, 0, 1), atol=1e-14)
+    linear = Keyframes([0, 2], [Pose(), Pose.turned((0, 0, 1), 2.0)], interpolation="linear")
+    np.testing.assert_allclose(linear(0.5).matrix, Pose.turned((0, 0, 1), 0.5).matrix, atol=1e-15)
+
+
+@pytest.mark.parametrize("loop", [False, True])
+def test_keyframes_of_poses_turn_without_a_jerk(loop):
+    turns = np.random.default_rng(3).normal(size=(4, 4))
+    poses = [Pose((0, 0, 0), turn) for turn in turns]
+    curve = Keyframes([0, 1, 2.5, 3, 4], [*poses, poses[0]], loop=loop)
+    h = 1e-6
+    for t in (1.0, 2.5, 3.0) + ((4.0,) if loop else ()):
+        before, here, after = (curve(t + d).matrix for d in (-h, 0.0, h))
+        np.testing.assert_allclose((here - before) / h, (after - here) / h, atol=1e-4)
+
+
+def test_a_pose_among_numbers_is_refused():
+    with pytest.raises(InputError, match=r"values\[1\] is 2.0 among poses"):
+        Keyframes([0, 1], [Pose(), 2.0])
+
+
+# Rigs
+
+
+def arm():
+    """Upper arm and forearm of length 1; the shoulder turns about y, the elbow turns back."""
+    return Rig(
+        [Bone("upper", motion=Spin((0, 1, 0), 1.0)), Bone("fore", "upper", Pose((0, 0, -1)), Spin((0, 1, 0), -1))]
+    )
+
+
+def test_bones_hang_on_their_parents():
+    forearm = arm().carry("fore", Segment((0, 0, 0), (0, 0, -1)))
+    elbow = (-math.sin(0.5), 0.0, -math.cos(0.5))
+    np.testing.assert_allclose(forearm.at(0.5).start, elbow, atol=1e-15)
+    np.testing.assert_allclose(forearm.at(0.5).end, np.add(elbow, (0, 0, -1)), atol=1e-15)
+
+
+PIECES = [
+    Point((1, 2, 3)),
+    Segment((1, 2, 3), (0, 1, 0)),
+    Circle((1, 0, 0), (0, 1, 1), 0.5),
+    Arc((1, 0, 0), (0, 1, 1), (1, 0, 0), 0.5, 2.0),
+    Triangle((0, 0, 0), (1, 0, 0), (0, 1, 1)),
+    Plane((1, 0, 0), (1, 1, 1)),
+    Segment(lambda t: (1 + t, 2, 3), (0, 1, 0)),
+]
+
+
+@pytest.mark.parametrize("piece", PIECES, ids=lambda piece: type(piece).__name__)
+def test_every_piece_is_carried_as_its_rows_are_placed(piece):
+    rig, time = arm(), 0.7
+    pose = rig.pose("fore", time)
+    packed = cells.pack([piece.at(time)], [Newtonian()], [1.0])
+    rows = cells.place(packed.rows, pose.matrix, np.array(pose.position))
+    carried = cells.pack([rig.carry("fore", piece).at(time)], [Newtonian()], [1.0])
+    wanted = field_at(cells.Elements(rows, packed.kinds, packed.order), (0.3, -2.0, 1.0))
+    np.testing.assert_allclose(field_at(carried, (0.3, -2.0, 1.0)), wanted, rtol=1e-13, atol=1e-14)
+
+
+def test_bad_rigs_are_refused():
+    with pytest.raises(InputError, match="'shin' hangs on 'thigh', which is not among the bones before it: there are"):
+        Rig([Bone("shin", "thigh")])
+    with pytest.raises(InputError, match="two bones are called 'a'"):
+        Rig([Bone("a"), Bone("a")])
+    with pytest.raises(InputError, match="no bone is called 'leg'; there are upper, fore"):
+        arm().carry("leg", Point(ORIGIN))
 
 
 # Poses

@@ -111,8 +111,9 @@ def _pieces(start, end, scales, radii, step):
 def exact(kernel, corners, point):
     """(F, gradient, Hessian) at `point`, in current precision; None on an unsoftened sheet, where they are singular."""
     h, slope, primitive, radii, width = profile(kernel)
+    point = [x if isinstance(x, mp.mpf) else mp.mpf(float(x)) for x in point]
     a, b, c = ([mp.mpf(float(x)) for x in corner] for corner in corners)
-    a, b, c, p = (mp.matrix(v) for v in (a, b, c, [mp.mpf(float(x)) for x in point]))
+    a, b, c, p = (mp.matrix(v) for v in (a, b, c, point))
     normal = _cross(b - a, c - a)
     normal /= mp.norm(normal)
     z = _dot(p - a, normal)

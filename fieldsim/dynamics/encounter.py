@@ -22,12 +22,19 @@ PIECES = wp.constant(100_000)
 
 @wp.struct
 class Motion:
-    """A particle under way: position, velocity, acceleration there, and the time within the step."""
+    """A particle under way: position, velocity, acceleration there, the time within the step, spin and state.
+
+    known: 1 where `here` is the touch at that position and time.
+    """
 
     x: wp.vec3d
     v: wp.vec3d
     a: wp.vec3d
     t: wp.float64
+    spin: wp.vec3d
+    state: wp.int32
+    known: wp.int32
+    here: Touch
 
 
 @wp.func

@@ -1,18 +1,27 @@
 """Simulations: particles moved through the fields of a world's bodies."""
 
 import functools
+import math
 import warnings
 
 import numpy as np
 import warp as wp
 
 from fieldsim import validate
-from fieldsim.dynamics.integrators import Leapfrog
-from fieldsim.dynamics.sources import Sources, field_and_gradient, upload
-from fieldsim.dynamics.steps import Balls, contact_kernel, leapfrog_kernel, release_kernel
+from fieldsim.dynamics.auto import Auto, Choice, choose, integrator_of
+from fieldsim.dynamics.events import Events, balls_of, events_of
+from fieldsim.dynamics.integrators import moments
+from fieldsim.dynamics.mutual import MutualGravity
+from fieldsim.dynamics.radau import Radau, RadauRun
+from fieldsim.dynamics.rigid import FreeBodies
+from fieldsim.dynamics.rigid_diagnostics import Wrenches, wrenches
+from fieldsim.dynamics.sources import Sources, Stages, field_and_gradient, upload
+from fieldsim.dynamics.state import state_of
+from fieldsim.dynamics.steps import LANES, contact_kernel, method_of, release_kernel, splitting_kernel
 from fieldsim.dynamics.surfaces import Surfaces
 from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
 from fieldsim.launch import device_named, launch
+from fieldsim.world.contact import Status
 from fieldsim.world.motion import pose_at
 from fieldsim.world.world import Snapshot
 
@@ -23,64 +32,89 @@ LAUNCH_ROWS = 65_536
 
 
 class Simulation:
-    """A world's particles in motion, as test particles: bodies pull them, they do not pull back.
+    """A world's free bodies and particles in motion; bodies pull particles, not particles bodies.
 
-    integrator: `Leapfrog(dt)`. time: where it starts. device: "cpu" (default), "cuda", ...; threads: CPU threads (all
-    cores unless told). State is float64. The same inputs give the same bytes, whatever the number of threads.
+    integrator: `Leapfrog()` unless told; "auto" is `Auto()`, in whose place comes its `choice`. time: where it starts.
+    device: "cpu" (default), "cuda", ...; threads: CPU threads (all cores unless told). State is float64, with
+    compensated summation. The same inputs give the same bytes, whatever the number of threads.
+    log: how many events at surfaces are kept of each particle, the latest (see `events`).
     """
 
-    def __init__(self, world, integrator=None, *, time: float = 0.0, device=None, threads: int | None = None):
+    def __init__(
+        self, world, integrator=None, *, time: float = 0.0, device=None, threads: int | None = None, log: int = 4
+    ):
         self.world = world
-        self.integrator = Leapfrog() if integrator is None else integrator
-        if not isinstance(self.integrator, Leapfrog):
-            raise InputError(f"Simulation: integrator is {integrator!r}; give fs.Leapfrog(dt)")
         self.time = validate.number("Simulation", "time", time)
         self.device = device_named(device)
         self.threads = threads
-        self.steps_done = 0
-        self._gravity = Sources(world, "gravity", self.time)
+        self.choice: Choice | None = None
+        self.integrator = integrator_of("Simulation", integrator)
+        if isinstance(self.integrator, Auto):
+            options = {"time": self.time, "device": device, "threads": threads}
+            self.choice = choose(self.integrator, world, self.time, functools.partial(Simulation, **options))
+            self.integrator = self.choice.integrator
+        self._steps_done = 0
+        self._watchers = []
+        self._free = FreeBodies(world, self.time)
+        self._gravity = Sources(world, "gravity", self.time, self._free.poses)
+        self._mutual = MutualGravity(world, self.device, threads)
         self._sizes = [len(particles) for particles in world.particles]
-        self._x = self._upload([particles.positions for particles in world.particles])
-        self._v = self._upload([particles.velocities for particles in world.particles])
-        self._bounces = wp.zeros(len(self._x), dtype=wp.int32, device=self.device)
-        self._surfaces = Surfaces(world, self.time) if any(p.contact for p in world.particles) else ()
+        positions, velocities = ([getattr(p, name) for p in world.particles] for name in ("positions", "velocities"))
+        self._state = state_of(
+            *(np.concatenate([np.zeros((0, 3)), *sets]) for sets in (positions, velocities)), self.device
+        )
+        self._surfaces = self._surfaces_of(world)
+        grain = self._surfaces.grain if self._surfaces else math.inf
+        # Whether anything can happen to a particle but free motion.
+        self._eventful = bool(self._surfaces) or world.escape_radius is not None
+        kept = self._kept(log) if self._eventful else 0
+        self._balls = balls_of(world.particles, world.escape_radius, grain, kept, self.device)
         if self._surfaces:
             self._release()
+        self.radau = None
+        if isinstance(self.integrator, Radau):
+            if self._free or self._mutual:
+                raise InputError(
+                    "Simulation: Radau moves neither free bodies nor particles that pull each other; "
+                    "give a splitting such as fs.BlanesMoan6(dt)"
+                )
+            start = self._state.x, self._state.v, self.time
+            self.radau = RadauRun(self.integrator, world, self._gravity, *start, threads=threads)
         self._still = upload(self._gravity, np.array([self.time]), self.device)
-        _, self._a = field_and_gradient(self._gravity, self._still, self._x, threads=threads)
+        _, self._state.a = field_and_gradient(self._gravity, self._still, self._state.x, threads=threads)
 
-    @functools.cached_property
-    def _balls(self):
-        """The particles as contact sees them."""
-        sets = self.world.particles
-        balls = Balls()
-        radii = np.repeat([p.radius for p in sets], self._sizes)
-        restitutions = np.repeat([p.contact.restitution if p.contact else -1.0 for p in sets], self._sizes)
-        balls.radii = wp.array(radii, dtype=wp.float64, device=self.device)
-        balls.restitutions = wp.array(restitutions, dtype=wp.float64, device=self.device)
-        balls.grain = self._surfaces.grain
-        return balls
+    @property
+    def _count(self):
+        """Number of particles."""
+        return len(self._state.x)
+
+    def _surfaces_of(self, world):
+        """What particles may touch, or None."""
+        touching = any(particles.contact for particles in world.particles)
+        return Surfaces(world, self.time, self._free.poses) if touching else None
+
+    @staticmethod
+    def _kept(log):
+        if not isinstance(log, int) or isinstance(log, bool) or log < 1:
+            raise InputError(f"Simulation: log is {log!r}; give a whole number of events per particle, at least 1")
+        return log
 
     def _release(self):
         """Particles that start inside a surface are moved out of it, with a warning."""
-        inside = wp.empty(len(self._x), dtype=wp.int32, device=self.device)
+        inside = wp.empty(self._count, dtype=wp.int32, device=self.device)
         # Two equal stages: the world as it is now, standing still.
         surfaces = self._surfaces.upload(np.array([self.time, self.time]), self.device)
         kernel = release_kernel(self._surfaces.sources.kinds_used)
-        inputs, outputs = [surfaces, self._balls], [self._x, inside]
-        launch(kernel, len(self._x), inputs, outputs, device=self.device, threads=self.threads)
+        inputs, outputs = [surfaces, self._balls], [self._state.x, inside]
+        launch(kernel, self._count, inputs, outputs, device=self.device, threads=self.threads)
         count = int(inside.numpy().sum())
         if count:
             warnings.warn(
-                f"{count} of {len(self._x)} particles start inside a surface and were moved out of it; "
+                f"{count} of {self._count} particles start inside a surface and were moved out of it; "
                 "start them farther away or give them contact=None",
                 FieldsimWarning,
                 stacklevel=3,
             )
-
-    def _upload(self, sets):
-        everything = np.concatenate(sets) if sets else np.zeros((0, 3))
-        return wp.array(everything, dtype=wp.vec3d, device=self.device)
 
     def _sets(self, array):
         """Copies on the host, one (N, 3) array per set of particles."""
@@ -89,27 +123,42 @@ class Simulation:
     @property
     def positions(self) -> list[np.ndarray]:
         """Positions, world frame, (N, 3) per set of particles."""
-        return self._sets(self._x)
+        return self._sets(self._state.x)
 
     @property
     def velocities(self) -> list[np.ndarray]:
         """Velocities, world frame, (N, 3) per set of particles."""
-        return self._sets(self._v)
+        return self._sets(self._state.v)
 
     def advance(self, until: float) -> None:
         """Run to the time `until` in equal steps, at most the integrator's dt long, the last landing on it exactly."""
         until = validate.number("Simulation.advance", "until", until)
         if until < self.time:
             raise InputError(f"Simulation.advance: until is {until:g}, before the present time {self.time:g}")
-        count, dt = self.integrator.steps(until - self.time)
-        start = self.time
-        if len(self._x):
-            for first in range(0, count, self._steps_per_launch):
-                stages = np.arange(first, min(first + self._steps_per_launch, count) + 1)
-                self._leap(start + dt * stages, dt)
-                self.time = start + dt * float(stages[-1])
+        if self.radau:
+            self.radau.advance(until)
+            self._state.x, self._state.v = self.radau.read(np.full(self._count, until))
+        else:
+            self._march(until)
         self.time = until
         self._refuse_nonsense()
+
+    @property
+    def steps_done(self) -> int:
+        """Particle-steps taken so far."""
+        return self.radau.steps if self.radau else self._steps_done
+
+    def _march(self, until):
+        """Equal steps to the time `until`."""
+        count, dt = self.integrator.steps(until - self.time)
+        start = self.time
+        self._balls.begin = start
+        if self._count or self._free:
+            for first in range(0, count, self._steps_per_launch):
+                steps = np.arange(first, min(first + self._steps_per_launch, count))
+                self._balls.first = first
+                self._leap(steps, start, dt)
+                self.time = start + dt * float(steps[-1] + 1)
 
     def _refuse_nonsense(self):
         for index, (x, v) in enumerate(zip(self.positions, self.velocities, strict=True)):
@@ -124,41 +173,101 @@ class Simulation:
     @property
     def _steps_per_launch(self):
         """Launches are kept short enough for small tables and a prompt answer to Ctrl-C."""
-        by_work = LAUNCH_WORK // (len(self._x) * max(1, len(self._gravity)))
-        by_rows = LAUNCH_ROWS // max(1, len(self._gravity.moving_kinds))
+        stages = len(self.integrator.drifts)
+        pulling = max(1, len(self._gravity) + len(self._mutual))
+        by_work = LAUNCH_WORK // (max(1, self._count) * pulling * stages)
+        by_rows = LAUNCH_ROWS // (max(1, len(self._gravity.moving_kinds)) * stages)
         return max(1, min(LAUNCH_STEPS, by_work, by_rows))
 
-    def _leap(self, times, dt):
-        steps = len(times) - 1
-        gravity = upload(self._gravity, times, self.device, self._still) if self._gravity.moving else self._still
-        state = [self._x, self._v, self._a]
-        if self._surfaces:
-            kernel = contact_kernel(self._gravity.kinds_used, self._surfaces.sources.kinds_used)
-            surfaces = self._surfaces.upload(times, self.device)
-            inputs, state = [steps, wp.float64(dt), gravity, surfaces, self._balls], [*state, self._bounces]
+    def _leap(self, steps, start, dt):
+        """Launch consecutive `steps`, counted from the time `start`."""
+        for watcher in self._watchers:
+            watcher(self._gravity, self._state, steps, start, dt)
+        integrator = self.integrator
+        method = method_of(integrator, dt, self.device)
+        nodes = start + dt * moments(steps, integrator.nodes)
+        if self._free:
+            self._free.leap(nodes, dt, integrator)
+        gravity = self._gravity_at(nodes)
+        options = {"device": self.device, "threads": self.threads}
+        if self._mutual:
+            state = self._state.x, self._state.v
+            self._mutual.leap(*state, len(steps), dt, integrator, gravity, self._gravity.kinds_used)
+        elif self._eventful:
+            parts = np.linspace(0.0, 1.0, integrator.evaluations + 1)
+            times = start + dt * moments(steps, parts)
+            near = gravity if np.array_equal(parts, integrator.nodes) else self._gravity_at(times)
+            kinds, surfaces = ((), ()), Stages()
+            if self._surfaces:
+                kinds, surfaces = self._surfaces.sources.kinds_used, self._surfaces.upload(times, self.device)
+            kernel = contact_kernel(self._gravity.kinds_used, kinds, any(integrator.gradients))
+            inputs = [len(steps), wp.float64(dt), method, gravity, near, surfaces, self._balls]
+            launch(kernel, self._count, inputs, [self._state], grain=16, **options)
         else:
-            kernel = leapfrog_kernel(self._gravity.kinds_used)
-            inputs = [steps, wp.float64(dt), gravity]
-        launch(kernel, len(self._x), inputs, state, device=self.device, grain=16, threads=self.threads)
-        self.steps_done += steps * len(self._x)
+            together = not self.device.is_cuda
+            kernel = splitting_kernel(self._gravity.kinds_used, any(integrator.gradients), together)
+            groups = -(-self._count // LANES) if together else self._count
+            launch(kernel, groups, [len(steps), method, gravity], [self._state], grain=2, **options)
+        self._steps_done += len(steps) * self._count
+
+    def watch(self, watcher) -> None:
+        """Call `watcher(sources, state, steps, start, dt)` ahead of every launch of `steps` from time `start` on."""
+        self._watchers.append(watcher)
+
+    def _gravity_at(self, times):
+        """Gravity's tables of a launch whose stages are at `times`."""
+        return upload(self._gravity, times, self.device, self._still) if self._gravity.moving else self._still
 
     @property
     def bounces(self) -> int:
         """Number of contacts made so far by all particles: bounces and landings."""
-        return int(self._bounces.numpy().sum())
+        return int(self._balls.bounces.numpy().sum())
 
     @property
     def bounce_counts(self) -> list[np.ndarray]:
         """Contacts made so far, (N,) int32 per set of particles."""
-        return self._sets(self._bounces)
+        return self._sets(self._balls.bounces)
+
+    @property
+    def states(self) -> list[np.ndarray]:
+        """What each particle does, (N,) int32 of `Status` per set of particles."""
+        return self._sets(self._balls.states)
+
+    @property
+    def spins(self) -> list[np.ndarray]:
+        """Angular velocities of particles that roll, world frame, (N, 3) per set of particles."""
+        return self._sets(self._balls.spins)
+
+    def census(self) -> dict[str, int]:
+        """How many particles are moving, resting, absorbed and escaped; together, all of them."""
+        counts = np.bincount(self._balls.states.numpy(), minlength=len(Status))
+        return {state.name.lower(): int(counts[state]) for state in Status}
+
+    @property
+    def events(self) -> Events:
+        """What happened to the particles at surfaces so far: the latest `log` events of each."""
+        return events_of(self._balls)
+
+    @property
+    def bodies(self) -> FreeBodies:
+        """The free bodies: their state, energies, momenta and wrenches."""
+        return self._free
+
+    def wrenches(self) -> Wrenches:
+        """Forces and torques of every body on every free one, now, world frame."""
+        return wrenches(self._free)
 
     def snapshot(self) -> Snapshot:
         """The present moment."""
-        poses = tuple(pose_at(body.motion, self.time) for body in self.world.bodies)
+        free = self._free.present
+        poses = tuple(free.get(i) or pose_at(body.motion, self.time) for i, body in enumerate(self.world.bodies))
         return Snapshot(self.world, self.time, poses, tuple(self.positions), tuple(self.velocities))
 
     def snapshots(self, times):
-        """Advance to each of the increasing `times` in turn and yield the snapshot there."""
+        """Advance to each of the increasing `times` in turn and yield the snapshot there.
+
+        A run that fails under way has yielded the snapshots before.
+        """
         for time in times:
             self.advance(time)
             yield self.snapshot()

@@ -1,8 +1,8 @@
 """The elements of all bodies in one role, laid out for launches that span many steps.
 
-A *stage* is a moment at which forces are evaluated: the start and the end of each step of a launch. Bodies that neither
-move nor deform share one table of rows for all stages; the rows of the others are computed for every stage on the host.
-All rows are in the world's frame, so that kernels know nothing of bodies and poses.
+A *stage* is a moment at which forces are evaluated: the nodes of each step of a launch (leapfrog: start and end).
+Bodies that neither move nor deform share one table of rows for all stages; the rows of the others are computed for
+every stage on the host. All rows are in the world's frame, so that kernels know nothing of bodies and poses.
 """
 
 import functools
@@ -38,11 +38,16 @@ class Stages:
 
 
 class Sources:
-    """What a world's bodies contribute in one role ("gravity" or "surface")."""
+    """What a world's bodies contribute in one role ("gravity" or "surface").
 
-    def __init__(self, world, role: str, time: float):
+    free: function (index of a free body, times) -> its rotation matrices (stages, 3, 3) and positions (stages, 3),
+    where they start unless told. prescribed: leave the free bodies out.
+    """
+
+    def __init__(self, world, role: str, time: float, free=None, *, prescribed: bool = False):
         self._elements = ROLES[role]
-        bodies = list(enumerate(world.bodies))
+        self._free = free
+        bodies = [(index, body) for index, body in enumerate(world.bodies) if not (prescribed and body.free)]
         self._changing = [
             (index, body)
             for index, body in bodies
@@ -70,10 +75,23 @@ class Sources:
     def rows_at(self, times: np.ndarray) -> np.ndarray:
         """Rows of the changing elements, (stages, elements, WIDTH)."""
         parts = [
-            _rows_of(index, body, shape, self._elements, times)
+            _rows_of(index, body, shape, self._elements, times, self.poses_of)
             for (index, body), shape in zip(self._changing, self._shapes, strict=True)
         ]
         return np.concatenate(parts, axis=1) if parts else np.zeros((len(times), 0, cells.WIDTH))
+
+    def poses_of(self, index, body, times) -> tuple[np.ndarray, np.ndarray]:
+        """Rotation matrices (stages, 3, 3) and positions (stages, 3) of a body at the given times."""
+        return self._free(index, times) if body.free and self._free else _poses(body.motion, times)
+
+    def poses_at(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Rotations (stages, elements, 3, 3) and positions (stages, elements, 3) of the changing elements' bodies."""
+        rotations, positions = [np.zeros((len(times), 0, 3, 3))], [np.zeros((len(times), 0, 3))]
+        for (index, body), shape in zip(self._changing, self._shapes, strict=True):
+            turned, moved = self.poses_of(index, body, times)
+            rotations.append(np.repeat(turned[:, None], len(shape), axis=1))
+            positions.append(np.repeat(moved[:, None], len(shape), axis=1))
+        return np.concatenate(rotations, axis=1), np.concatenate(positions, axis=1)
 
     def _placed(self, body, time):
         local = self._elements(body, time)
@@ -81,14 +99,14 @@ class Sources:
         return cells.Elements(cells.place(local.rows, pose.matrix, np.array(pose.position)), local.kinds, local.order)
 
 
-def _rows_of(index, body, shape, elements, times):
+def _rows_of(index, body, shape, elements, times, poses_of):
     """Rows (stages, elements, WIDTH) of one moving or deforming body."""
     try:
         if body.deforming:
             local = np.stack([elements(body, time).rows for time in times])
         else:
             local = np.broadcast_to(shape.rows, (len(times), *shape.rows.shape))
-        rotations, positions = _poses(body.motion, times)
+        rotations, positions = poses_of(index, body, times)
         return cells.place(local, rotations[:, None], positions[:, None])
     except InputError as reason:
         name = f" ({body.name})" if body.name else ""
@@ -155,11 +173,43 @@ def field_at(kinds_used):
         f, x, y, z = moving(p[0], p[1], p[2], stages.moving_rows, stages.moving_kinds, first, stages.moving)
         return f, wp.vec3d(x, y, z)
 
+    return _of_both(kinds_used, still, changing)
+
+
+@functools.cache
+def hessian_at(kinds_used):
+    """Warp function (point, stages, stage) -> (gradient, Hessian) of the given cells at one stage."""
+    fixed_kinds, moving_kinds = kinds_used
+    fixed = cells.jet_sum(fixed_kinds).warp(wp.float64)
+    moving = cells.jet_sum(moving_kinds).warp(wp.float64)
+
+    @wp.func
+    def still(p: wp.vec3d, stages: Stages, stage: int):
+        _f, x, y, z, xx, yy, zz, xy, xz, yz = fixed(
+            p[0], p[1], p[2], stages.rows, stages.kinds, 0, stages.kinds.shape[0]
+        )
+        return wp.vec3d(x, y, z), wp.mat33d(xx, xy, xz, xy, yy, yz, xz, yz, zz)
+
+    @wp.func
+    def changing(p: wp.vec3d, stages: Stages, stage: int):
+        first = stage * stages.moving
+        _f, x, y, z, xx, yy, zz, xy, xz, yz = moving(
+            p[0], p[1], p[2], stages.moving_rows, stages.moving_kinds, first, stages.moving
+        )
+        return wp.vec3d(x, y, z), wp.mat33d(xx, xy, xz, xy, yy, yz, xz, yz, zz)
+
+    return _of_both(kinds_used, still, changing)
+
+
+def _of_both(kinds_used, still, changing):
+    """The sum of two Warp functions of (point, stages, stage) with two results, or the one that has elements."""
+    fixed_kinds, moving_kinds = kinds_used
+
     @wp.func
     def both(p: wp.vec3d, stages: Stages, stage: int):
-        f, g = still(p, stages, stage)
-        f_moving, g_moving = changing(p, stages, stage)
-        return f + f_moving, g + g_moving
+        one, other = still(p, stages, stage)
+        one_moving, other_moving = changing(p, stages, stage)
+        return one + one_moving, other + other_moving
 
     if not moving_kinds:
         return still
@@ -184,6 +234,19 @@ def _field_kernel(kinds_used):
         gradient[i] = g
 
     return evaluate
+
+
+def field_of_elements(elements, points) -> tuple[np.ndarray, np.ndarray]:
+    """F (N,) and its gradient (N, 3) of packed elements at `points` (N, 3), in the elements' frame, on the host."""
+    stages = Stages()
+    stages.rows = wp.array(elements.rows, dtype=wp.float64, device="cpu")
+    stages.kinds = wp.array(elements.kinds, dtype=wp.int32, device="cpu")
+    points = wp.array(points, dtype=wp.vec3d, device="cpu")
+    value = wp.empty(len(points), dtype=wp.float64, device="cpu")
+    gradient = wp.empty(len(points), dtype=wp.vec3d, device="cpu")
+    kernel = _field_kernel((elements.kinds_used, ()))
+    launch(kernel, len(points), [points, stages], [value, gradient], device="cpu")
+    return value.numpy(), gradient.numpy()
 
 
 def field_and_gradient(sources: Sources, stages: Stages, points, *, threads=None):

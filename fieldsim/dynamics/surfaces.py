@@ -2,7 +2,7 @@
 
 A surface element's row gets one more column, REACH: where a point is farther from every primitive than its reach, the
 sum of all elements cannot come to 1. The least of distance minus reach over the elements, the *margin*, is therefore a
-safe distance to the surface F = 1.
+safe distance to the surface F = 1. The rows of elements that move go on with the twist of their body (see `ground`).
 """
 
 import functools
@@ -12,6 +12,8 @@ import warnings
 import numpy as np
 import warp as wp
 
+from fieldsim.dynamics.distances import DISTANCES
+from fieldsim.dynamics.ground import twists
 from fieldsim.dynamics.sources import Sources, Stages, tables
 from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.portable import Indices, Portable, Table, portable, real
@@ -19,43 +21,79 @@ from fieldsim.potentials import cells
 from fieldsim.potentials.arc import Arc
 from fieldsim.potentials.circle import Circle
 from fieldsim.potentials.kernels import Cauchy, Gaussian
+from fieldsim.potentials.plane import Plane
 from fieldsim.potentials.point import Point
+from fieldsim.potentials.profile import ProfiledArc, ProfiledSegment
 from fieldsim.potentials.segment import Segment
+from fieldsim.potentials.triangle import Triangle
 
 REACH = cells.WIDTH
 
-
-def gaussian_reach(width, fold, strength):
-    """Distance where strength * exp(fold - width^2 r^2) falls to 1."""
-    return np.sqrt(np.maximum(0.0, fold + np.log(strength))) / width
-
-
-def cauchy_reach(width, fold, strength):
-    """Distance where strength / (1 + width^2 r^2)^2 falls to 1."""
-    return np.sqrt(np.maximum(0.0, np.sqrt(strength) - 1.0)) / width
+# The field at distance d of a whole line, or a whole plane, of strength 1 is this times profile^power: see `reach_of`.
+_LINE = {Gaussian: lambda a: math.sqrt(math.pi) / a, Cauchy: lambda s: 0.5 * math.pi / s}
+_PLANE = {Gaussian: lambda a: math.pi / (a * a), Cauchy: lambda s: math.pi / (s * s)}
+_POWER = {0: 2.0, 1: 1.5, 2: 1.0}
 
 
-_REACHES = {Gaussian: gaussian_reach, Cauchy: cauchy_reach}
+def _length(rows):
+    return rows[..., cells.SIZE]
+
+
+def _arc_length(rows):
+    return rows[..., cells.SIZE] * rows[..., cells.ANGLE]
+
+
+def _area(rows):
+    return rows[..., cells.ANGLE]
+
+
+# Length or area of a primitive, and whether it is straight: flat ones give no more than the whole line or plane.
 _MEASURES = {
-    Point: lambda rows: 1.0,
-    Segment: lambda rows: rows[..., cells.SIZE],
-    Arc: lambda rows: rows[..., cells.SIZE] * rows[..., cells.ANGLE],
-    Circle: lambda rows: rows[..., cells.SIZE] * rows[..., cells.ANGLE],
+    Point: (lambda rows: np.ones(rows.shape[:-1]), 0),
+    Segment: (_length, 1),
+    Arc: (_arc_length, 0),
+    Circle: (_arc_length, 0),
+    Triangle: (_area, 2),
+    Plane: (lambda rows: np.full(rows.shape[:-1], math.inf), 2),
+    ProfiledSegment: (_length, 1),
+    ProfiledArc: (_arc_length, 0),
 }
+
+
+def reach_of(kernel, width, fold, ceiling, power):
+    """Distance where ceiling * profile^power falls to 1: exp(fold - width^2 d^2), or (1 + width^2 d^2)^-power."""
+    ceiling = np.maximum(ceiling, 0.0)
+    if kernel is Gaussian:
+        return np.sqrt(np.maximum(0.0, fold + np.log(ceiling))) / width
+    return np.sqrt(np.maximum(0.0, ceiling ** (1.0 / power) - 1.0)) / width
+
+
+def _greatest_factor(cell, rows):
+    """No less than what a profile multiplies the field with: its powers of s lie in 0..1."""
+    if cell.primitive not in (ProfiledSegment, ProfiledArc):
+        return 1.0
+    own = rows[..., cells.OWN]
+    return np.maximum(own[..., 1] + np.maximum(own[..., 2:], 0.0).sum(axis=-1), 0.0)
 
 
 def with_reach(rows, kinds, total: int):
     """Rows (..., elements, WIDTH) with the column REACH added, for a world of `total` surface elements.
 
-    No element gives more than strength * measure * h(distance to it); the reach is where that is 1 / total.
+    The reach is where an element's field cannot be more than 1 / total: no element gives more than measure * h(distance
+    to it), and a piece of a line or plane no more than the whole line or plane at that distance.
     """
     reach = np.zeros(rows.shape[:-1])
     for kind, cell in _chart(kinds).items():
         own = rows[..., kinds == kind, :]
-        ceiling = own[..., cells.STRENGTH] * _MEASURES[cell.primitive](own) * (total * (1.0 + 1e-9))
-        with np.errstate(divide="ignore"):  # an element of no strength reaches nowhere
-            far = _REACHES[cell.kernel](own[..., cells.KERNEL], own[..., cells.FOLD], np.maximum(ceiling, 0.0))
-        reach[..., kinds == kind] = far
+        width, fold = own[..., cells.KERNEL], own[..., cells.FOLD]
+        measure, dimension = _MEASURES[cell.primitive]
+        strength = own[..., cells.STRENGTH] * _greatest_factor(cell, own) * (total * (1.0 + 1e-9))
+        bounds = [(measure(own), _POWER[0])]
+        if dimension:
+            bounds.append(((_LINE, _PLANE)[dimension - 1][cell.kernel](width), _POWER[dimension]))
+        with np.errstate(divide="ignore", invalid="ignore"):  # an element of no strength reaches nowhere
+            far = [np.nan_to_num(reach_of(cell.kernel, width, fold, strength * c, p), posinf=np.inf) for c, p in bounds]
+        reach[..., kinds == kind] = np.minimum.reduce(far)
     return np.concatenate([rows, reach[..., None]], axis=-1)
 
 
@@ -64,7 +102,7 @@ def _chart(kinds):
     by_kind = {cell.kind: cell for cell in cells.CELLS.values()}
     chart = {kind: by_kind[kind] for kind in np.unique(kinds).tolist()}
     for cell in chart.values():
-        if cell.kernel not in _REACHES or cell.primitive not in _MEASURES:
+        if cell.kernel not in _LINE or cell.primitive not in _MEASURES:
             raise InputError(
                 f"no contact is known for a surface of {cell.kernel.__name__} on {cell.primitive.__name__}; "
                 "give the particles contact=None, or the body another surface"
@@ -72,7 +110,13 @@ def _chart(kinds):
     return chart
 
 
-def sweeps(rows):
+def _of_primitives(kinds, *primitives):
+    """Which elements are of the given primitives, (elements,)."""
+    wanted = [cell.kind for cell in cells.CELLS.values() if cell.primitive in primitives]
+    return np.isin(kinds, wanted)
+
+
+def sweeps(rows, kinds):
     """How far any element's surface may come nearer between one stage and the next, (stages,); 0 for the last.
 
     rows: (stages, elements, WIDTH + 1). A bound for every point of the primitive, plus the growth of its reach.
@@ -80,9 +124,12 @@ def sweeps(rows):
     step = np.diff(rows, axis=0)
     points = np.linalg.norm(step[..., cells.POSITIONS].reshape(*step.shape[:2], 3, 3), axis=-1).max(axis=-1)
     turns = np.linalg.norm(step[..., cells.DIRECTIONS].reshape(*step.shape[:2], 2, 3), axis=-1)
+    if (turns[:, _of_primitives(kinds, Plane), 1] > 1e-12).any():
+        raise InputError("contact with a Plane that turns is not known; move it without turning, or use a rectangle")
     # A point of an arc is centre + size (cos u + sin (n x u)): |change of n x u| <= |change of n| + |change of u|.
     bend = rows[1:, :, cells.SIZE] * (2.0 * turns[..., 0] + turns[..., 1] + np.abs(step[..., cells.ANGLE]))
-    bend = np.where(rows[1:, :, cells.ANGLE] > 0.0, bend + np.abs(step[..., cells.SIZE]), 0.0)
+    bend += np.abs(step[..., cells.SIZE])
+    bend = np.where(_of_primitives(kinds, Arc, Circle, ProfiledArc), bend, 0.0)
     moved = points + bend + np.maximum(step[..., REACH], 0.0)
     return np.append(moved.max(axis=1, initial=0.0), 0.0)
 
@@ -90,8 +137,8 @@ def sweeps(rows):
 class Surfaces:
     """The collidable surfaces of a world. grain: length over which the field of the thinnest varies little."""
 
-    def __init__(self, world, time: float):
-        self.sources = Sources(world, "surface", time)
+    def __init__(self, world, time: float, free=None):
+        self.sources = Sources(world, "surface", time, free)
         fixed = self.sources.fixed
         self._fixed_rows = with_reach(fixed.rows, fixed.kinds, len(self.sources))
         moving = self.sources.rows_at(np.array([time]))
@@ -109,8 +156,9 @@ class Surfaces:
         if self._still is not None and not self.sources.moving:
             return self._still
         rows = with_reach(self.sources.rows_at(times), self.sources.moving_kinds, len(self))
-        sweep = sweeps(rows)
+        sweep = sweeps(rows, self.sources.moving_kinds)
         self._warn_of_leaps(sweep, times)
+        rows = np.concatenate([rows, twists(*self.sources.poses_at(times))], axis=-1)
         stages = tables(self.sources, self._fixed_rows, rows, device, self._still, sweep)
         if self._still is None:
             self._still = stages
@@ -129,41 +177,6 @@ class Surfaces:
 
 
 @portable
-def _point(x: real, y: real, z: real, rows: Table, i: int):
-    dx = x - rows[i, 5]
-    dy = y - rows[i, 6]
-    dz = z - rows[i, 7]
-    return math.sqrt(dx * dx + dy * dy + dz * dz)
-
-
-@portable
-def _segment(x: real, y: real, z: real, rows: Table, i: int):
-    dx = x - rows[i, 5]
-    dy = y - rows[i, 6]
-    dz = z - rows[i, 7]
-    along = dx * rows[i, 14] + dy * rows[i, 15] + dz * rows[i, 16]
-    along = min(max(along, real(0.0)), rows[i, 2])
-    dx -= along * rows[i, 14]
-    dy -= along * rows[i, 15]
-    dz -= along * rows[i, 16]
-    return math.sqrt(dx * dx + dy * dy + dz * dz)
-
-
-@portable
-def _circle(x: real, y: real, z: real, rows: Table, i: int):
-    """Distance to the whole circle of an arc: not more than that to the arc."""
-    dx = x - rows[i, 5]
-    dy = y - rows[i, 6]
-    dz = z - rows[i, 7]
-    height = dx * rows[i, 17] + dy * rows[i, 18] + dz * rows[i, 19]
-    dx -= height * rows[i, 17]
-    dy -= height * rows[i, 18]
-    dz -= height * rows[i, 19]
-    off = math.sqrt(dx * dx + dy * dy + dz * dz) - rows[i, 2]
-    return math.sqrt(off * off + height * height)
-
-
-@portable
 def _least(x: real, y: real, z: real, rows: Table, kinds: Indices, first: int, count: int):
     least = real(math.inf)
     for i in range(first, first + count):
@@ -171,14 +184,11 @@ def _least(x: real, y: real, z: real, rows: Table, kinds: Indices, first: int, c
     return least
 
 
-_DISTANCES = {Point: _point, Segment: _segment, Arc: _circle, Circle: _circle}
-
-
 def _margin(kinds) -> Portable:
     """Portable (x, y, z, rows, kinds, first, count) -> least of distance - reach over the rows."""
     primitives = {cell.kind: cell.primitive for cell in cells.CELLS.values()}
     # Without elements nothing is asked for, but the loop over them wants a function to compile.
-    distances = {kind: _DISTANCES[primitives[kind]] for kind in kinds or (min(primitives),)}
+    distances = {kind: DISTANCES[primitives[kind]] for kind in kinds or (min(primitives),)}
     return _least.bind(distance=cells.by_kind(distances))
 
 

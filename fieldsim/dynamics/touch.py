@@ -25,12 +25,16 @@ TINY = wp.constant(wp.float64(1e-300))
 
 @wp.struct
 class Touch:
-    """A sphere's relation to the surface: gap, outward unit normal, |grad gap|, the surface's speed along it."""
+    """A sphere's relation to the surface: gap, outward unit normal, |grad gap|, the surface's speed along it.
+
+    low: the sphere's lowest point, where the gap is measured.
+    """
 
     gap: wp.float64
     normal: wp.vec3d
     slope: wp.float64
     speed: wp.float64
+    low: wp.vec3d
 
 
 @wp.struct
@@ -92,7 +96,8 @@ def touch_at(kinds_used):
         s = (moment.t + later) / moment.dt
         center = surface(p, surfaces, moment.stage, s)
         size = wp.max(wp.length(center.gradient), TINY)
-        low = surface(p + radius / size * center.gradient, surfaces, moment.stage, s)
+        lowest = p + radius / size * center.gradient
+        low = surface(lowest, surfaces, moment.stage, s)
         gradient = low.gradient
         change = low.change
         # The mean slope over the step makes the speed exact for a Gaussian that is moved.
@@ -108,6 +113,7 @@ def touch_at(kinds_used):
             change = change + radius / size * wp.dot(across, center.turn)
         result = Touch()
         result.gap = low.value
+        result.low = lowest
         result.slope = wp.max(wp.length(gradient), TINY)
         result.normal = -gradient / result.slope
         if wp.length(gradient) == wp.float64(0.0):  # at the very centre of a body every way is out

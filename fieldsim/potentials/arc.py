@@ -24,6 +24,7 @@ import numpy as np
 from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.portable import portable, real
+from fieldsim.potentials.arc_angles import arctangent, sine_cosine
 from fieldsim.potentials.arc_gaussian import gaussian_arc
 from fieldsim.potentials.arc_jet import arc_jet, plain_offset, ring_offset
 from fieldsim.potentials.carlson import carlson_d_trio
@@ -49,6 +50,8 @@ class Arc(Primitive):
     angle: float
 
     dimension = 1
+    points = ("center",)
+    directions = ("normal", "start")
 
     def _checked(self):
         normal = validate.direction("Arc", "normal", self.normal)
@@ -68,6 +71,12 @@ class Arc(Primitive):
     def measure(self) -> float:
         """The length, radius times angle."""
         return self.radius * self.angle
+
+    @property
+    def box(self):
+        """Least and greatest coordinates of the whole circle."""
+        reach = self.radius * np.sqrt(np.maximum(0.0, 1.0 - np.square(self.normal)))
+        return np.subtract(self.center, reach), np.add(self.center, reach)
 
     def pack(self, row):
         """Write radius, angle, centre, start and normal into an element row."""
@@ -129,7 +138,7 @@ def cauchy_arc(
     else:
         sin_half = math.sqrt(real(0.5) * (n - cos) / n)
         cos_half = real(0.5) * root * turn / (n * sin_half)
-    swept = math.atan2(sin_half, cos_half)
+    swept = arctangent(sin_half, cos_half)
     # Squares of the cosine and sine of the middle of the range.
     cos = r * c0 * c1 - s0 * s1
     if cos > real(0.0):
@@ -290,9 +299,9 @@ def _local(rho: real, inner: real, z: real, radius: real, angle: real, c0: real,
     Close to the axis, where the pulls of a nearly full arc cancel, it is the full circle less the short rest.
     """
     half = real(0.5) * angle
-    turn = math.sin(half)
-    versine = math.sin(real(0.5) * half)
-    versine = real(2.0) * versine * versine
+    sin, cos = sine_cosine(real(0.5) * half)
+    turn = real(2.0) * sin * cos
+    versine = real(2.0) * sin * sin
     c1 = c0 - (c0 * versine + s0 * turn)
     s1 = s0 - (s0 * versine - c0 * turn)
     zero = real(0.0)
@@ -310,7 +319,7 @@ def _local(rho: real, inner: real, z: real, radius: real, angle: real, c0: real,
         c0 = c
         s0 = s
         versine = turn * turn / versine
-        half = math.atan2(turn, real(1.0) - versine)
+        half = arctangent(turn, real(1.0) - versine)
     f = zero
     fa = zero
     fb = zero

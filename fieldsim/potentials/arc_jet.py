@@ -78,12 +78,13 @@ def half_angle(x: real, y: real, rho: real):
     """Cosine and sine of v0 = -phi / 2 in (-pi, 0], phi in [0, 2 pi) the azimuth of (x, y); rho = hypot(x, y)."""
     if rho == real(0.0):
         return real(1.0), real(0.0)
-    if x >= real(0.0):
-        cos = math.sqrt(real(0.5) * (rho + x) / rho)
-        sin = real(0.5) * abs(y) / (rho * cos)
-    else:
-        sin = math.sqrt(real(0.5) * (rho - x) / rho)
-        cos = real(0.5) * abs(y) / (rho * sin)
+    more = math.sqrt(real(0.5) * (rho + abs(x)) / rho)
+    less = real(0.5) * abs(y) / (rho * more)
+    cos = more
+    sin = less
+    if x < real(0.0):
+        cos = less
+        sin = more
     if y < real(0.0):
         cos = -cos
     return cos, -sin

@@ -11,7 +11,7 @@ An element is one primitive with its kernel, packed as a row of `WIDTH` reals, i
 | 4 FOLD | a Gaussian's folded exponent: h = exp(FOLD - a^2 r^2), so that exp(256) never stands alone |
 | 5-7, 8-10, 11-13 | positions: a point; a segment's start and end; an arc's centre |
 | 14-16, 17-19 | unit directions: a segment's axis; an arc's start and normal |
-| 20-26 | numbers of its own: a profile's shape and coefficients |
+| 20-34 | numbers of its own: a profile's shape, degree and coefficients |
 
 A cell's `jet(x, y, z, rows, i)` returns (F, Fx, Fy, Fz, Fxx, Fyy, Fzz, Fxy, Fxz, Fyz) of row i at (x, y, z): value,
 gradient and Hessian in one evaluation. Who needs less takes less: compilers drop what is left unused.
@@ -28,8 +28,8 @@ from fieldsim.portable import Indices, Portable, Table, portable, real
 STRENGTH, KERNEL, SIZE, ANGLE, FOLD = range(5)
 POSITIONS = slice(5, 14)
 DIRECTIONS = slice(14, 20)
-OWN = slice(20, 27)
-WIDTH = 27
+OWN = slice(20, 35)
+WIDTH = 35
 
 
 @dataclasses.dataclass(frozen=True)
@@ -119,15 +119,15 @@ def place(rows: np.ndarray, rotation: np.ndarray, position: np.ndarray) -> np.nd
 
 
 @portable
-def _last(x: real, y: real, z: real, rows: Table, kinds: Indices, i: int):
+def _alone(x: real, y: real, z: real, rows: Table, kinds: Indices, i: int):
     return function(x, y, z, rows, i)  # noqa: F821 - bound by `by_kind`
 
 
 @portable
 def _choose(x: real, y: real, z: real, rows: Table, kinds: Indices, i: int):
-    if kinds[i] == kind:  # noqa: F821 - bound by `by_kind`
-        return function(x, y, z, rows, i)  # noqa: F821
-    return otherwise(x, y, z, rows, kinds, i)  # noqa: F821
+    if kinds[i] < kind:  # noqa: F821 - bound by `by_kind`
+        return below(x, y, z, rows, kinds, i)  # noqa: F821
+    return others(x, y, z, rows, kinds, i)  # noqa: F821
 
 
 @portable
@@ -137,12 +137,16 @@ def _nothing(x: real, y: real, z: real, rows: Table, kinds: Indices, i: int):
 
 
 def by_kind(functions: dict[int, Portable]) -> Portable:
-    """Portable (x, y, z, rows, kinds, i) -> what the function of element i's kind, of (x, y, z, rows, i), returns."""
-    *others, last = sorted(functions)
-    chosen = _last.bind(function=functions[last])
-    for kind in reversed(others):
-        chosen = _choose.bind(kind=kind, function=functions[kind], otherwise=chosen)
-    return chosen
+    """Portable (x, y, z, rows, kinds, i) -> what the function of element i's kind, of (x, y, z, rows, i), returns.
+
+    It halves the kinds, so that calls nest as deep as the logarithm of their number.
+    """
+    kinds = sorted(functions)
+    if len(kinds) == 1:
+        return _alone.bind(function=functions[kinds[0]])
+    half = len(kinds) // 2
+    below, others = (by_kind({kind: functions[kind] for kind in part}) for part in (kinds[:half], kinds[half:]))
+    return _choose.bind(kind=kinds[half], below=below, others=others)
 
 
 @functools.cache

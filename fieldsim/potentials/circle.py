@@ -34,6 +34,8 @@ class Circle(Primitive):
     radius: float
 
     dimension = 1
+    points = ("center",)
+    directions = ("normal",)
 
     def _checked(self):
         return {
@@ -46,6 +48,12 @@ class Circle(Primitive):
     def measure(self) -> float:
         """The circumference."""
         return TAU * self.radius
+
+    @property
+    def box(self):
+        """Least and greatest coordinates of the whole circle."""
+        reach = self.radius * np.sqrt(np.maximum(0.0, 1.0 - np.square(self.normal)))
+        return np.subtract(self.center, reach), np.add(self.center, reach)
 
     def pack(self, row):
         """Write radius, angle, centre, some start and the normal into an element row."""

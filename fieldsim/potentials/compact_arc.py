@@ -9,13 +9,12 @@ import math
 
 from fieldsim.portable import portable, real
 from fieldsim.potentials.arc import Arc
+from fieldsim.potentials.arc_angles import HALF_PI, arctangent, sine_cosine
 from fieldsim.potentials.arc_jet import arc_jet
 from fieldsim.potentials.cells import register
 from fieldsim.potentials.circle import TAU, Circle
 from fieldsim.potentials.kernels import Quartic, SoftObject
 from fieldsim.potentials.special import sine_powers, sine_sixth
-
-HALF_PI = math.pi / 2
 
 
 @portable
@@ -28,7 +27,7 @@ def reach(rho: real, inner: real, z: real, radius: real, support: real):
         return real(0.0)
     if far <= support:
         return real(HALF_PI)
-    return math.atan2(math.sqrt((support - near) * (support + near)), math.sqrt((far - support) * (far + support)))
+    return arctangent(math.sqrt((support - near) * (support + near)), math.sqrt((far - support) * (far + support)))
 
 
 @portable
@@ -40,7 +39,7 @@ def middle(angle: real, c0: real, s0: real):
     if c0 < real(0.0):
         c0 = -c0
         s0 = -s0
-    v = math.atan2(s0, c0) + real(0.25) * angle
+    v = math.copysign(arctangent(abs(s0), c0), s0) + real(0.25) * angle
     if v > real(HALF_PI):
         v -= real(math.pi)
     return v
@@ -49,8 +48,7 @@ def middle(angle: real, c0: real, s0: real):
 @portable
 def _part(rho: real, inner: real, z: real, radius: real, support: real, mid: real, half: real):
     """Jet of the part mid - half .. mid + half (angles from the query's azimuth), in the frame of `arc_jet`."""
-    sin_mid = math.sin(real(0.5) * mid)
-    cos_mid = math.cos(real(0.5) * mid)
+    sin_mid, cos_mid = sine_cosine(real(0.5) * mid)
     dip = real(2.0) * sin_mid * sin_mid
     cos = real(1.0) - dip
     sin = real(2.0) * sin_mid * cos_mid
@@ -64,8 +62,7 @@ def _part(rho: real, inner: real, z: real, radius: real, support: real, mid: rea
     b = bend * cos
     s = bend * sin
     # w = a - b c - s sin y. Integrals of powers of c, then of sin^2 y = c (2 - c) and c sin^2 y.
-    sin_quarter = math.sin(real(0.5) * half)
-    cos_quarter = math.cos(real(0.5) * half)
+    sin_quarter, cos_quarter = sine_cosine(real(0.5) * half)
     second, fourth = sine_powers(sin_quarter, cos_quarter, real(0.5) * half)
     q0 = real(2.0) * half
     q1 = real(8.0) * second

@@ -44,6 +44,13 @@ class Field:
         field.terms = tuple(terms)
         return field
 
+    @classmethod
+    def of_elements(cls, elements: cells.Elements) -> "Field":
+        """A field of packed elements, without terms: evaluated as any other, but it cannot be added to or scaled."""
+        field = cls.of_terms(())
+        field.elements = elements
+        return field
+
     @property
     def animated(self) -> bool:
         """Whether any part is a function of time."""
@@ -85,6 +92,20 @@ class Field:
     def value_and_gradient(self, points):
         """F and its gradient in one evaluation."""
         return self._evaluate(points, 1)
+
+    def mesh(self, level: float, *, resolution: int | None = None, tolerance: float | None = None):
+        """The surface F = level as a closed `TriangleMesh`, its vertices on the true surface (extra `mesh`).
+
+        resolution: grid cells along its longest side, 64 unless told; or tolerance: greatest distance of the mesh from
+        the surface. For fields of positive strengths. Raises InputError where there is no closed surface.
+        """
+        from fieldsim.potentials.isosurface import level_mesh
+
+        if self.animated:
+            raise InputError("this field is a function of time; mesh field.at(time)")
+        low, high = zip(*(term.primitive.box for term in self.terms), strict=True)
+        low, high = np.min(low, axis=0), np.max(high, axis=0)
+        return level_mesh(self, level, low, high, resolution=resolution, tolerance=tolerance)
 
     def _evaluate(self, points, order):
         """Value and derivatives up to `order`, as a tuple, where and as `points` are."""

@@ -4,10 +4,12 @@ import math
 
 from fieldsim.portable import portable, real
 from fieldsim.potentials.arc import Arc
-from fieldsim.potentials.arc_jet import arc_jet
+from fieldsim.potentials.arc_angles import arctangent, sine_cosine
+from fieldsim.potentials.arc_jet import arc_jet, ring_offset
 from fieldsim.potentials.cells import register
-from fieldsim.potentials.circle import TAU, Circle
+from fieldsim.potentials.circle import TAU, Circle, circle_jet
 from fieldsim.potentials.kernels import InverseSquare
+from fieldsim.potentials.line_integrals import inverse_powers
 from fieldsim.potentials.point import Point, point_jet
 from fieldsim.potentials.segment import Segment, segment_jet
 from fieldsim.potentials.special import sine_powers
@@ -37,7 +39,7 @@ def _angle_powers(turn: real, product: real, d: real):
     if product > real(0.0) and real(1.0) + sin * sin == real(1.0):
         cube = turn * turn * turn
         return turn, cube / real(3.0), real(0.2) * sin * sin * cube
-    angle = math.atan2(sin, product)
+    angle = arctangent(sin, product)
     square, fourth = sine_powers(sin, product, angle)
     return angle / d, square / d / d / d, fourth / d / d / d
 
@@ -46,32 +48,17 @@ def _angle_powers(turn: real, product: real, d: real):
 def inverse_square_segment(lo: real, rho2: real, length: real, softening: real, fold: real):
     """Local derivatives for `segment_jet`. Relative error < 1e-14 off the wire.
 
-    With q = d tan(phi), d^2 = rho^2 + softening^2, F and its slopes are the integrals of 1, cos^2 and cos^4 over phi,
-    in the difference of the two phi's and the product of their cosines (as `cauchy_segment`). On a bare wire F is inf
-    and the derivatives are 0.
+    On a bare wire F is inf and the derivatives are 0.
     """
     hi = lo + length
     d2 = rho2 + softening * softening
-    r2_lo = lo * lo + d2
-    r2_hi = hi * hi + d2
-    if r2_lo == real(0.0) or (d2 == real(0.0) and lo <= real(0.0)):
+    if lo * lo + d2 == real(0.0) or (d2 == real(0.0) and lo <= real(0.0)):
         return real(math.inf), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
-    d = math.sqrt(d2)
-    root = real(1.0) / (math.sqrt(r2_lo) * math.sqrt(r2_hi))
-    turn = length * root
-    cos = (d2 + lo * hi) * root
-    f, square, fourth = _angle_powers(turn, cos, d)
-    square += root * turn
-    fourth += d2 * root * turn * (root * cos + turn * turn)
-    i_lo = real(1.0) / r2_lo
-    i_hi = real(1.0) / r2_hi
-    along = -(length * i_lo) * ((lo + hi) * i_hi)
-    along_along = -real(2.0) * (lo * along * (i_lo + i_hi) + length * i_hi * i_hi)
-    mixed = -real(2.0) * math.sqrt(rho2) * along * (i_lo + i_hi)
-    share = real(0.0)
-    if d2 > real(0.0):
-        share = rho2 / d2
-    return f, along, -real(2.0) * square, along_along, mixed, real(8.0) * share * fourth
+    root, ends, far, one, two, three, _four = inverse_powers(lo, length, d2)
+    along = -(length * root) * ((lo + hi) * root)
+    along_along = -real(2.0) * (lo * along * ends + length * far * far)
+    mixed = -real(2.0) * math.sqrt(rho2) * along * ends
+    return one, along, -real(2.0) * two, along_along, mixed, real(8.0) * rho2 * three
 
 
 @portable
@@ -87,9 +74,9 @@ def inverse_square_arc(
     fourth powers of cos(psi), sin(psi) over a range t, all elementary.
     """
     half = real(0.5) * angle
-    turn = math.sin(half)
-    versine = math.sin(real(0.5) * half)
-    versine = real(2.0) * versine * versine
+    sin_quarter, cos_quarter = sine_cosine(real(0.5) * half)
+    turn = real(2.0) * sin_quarter * cos_quarter
+    versine = real(2.0) * sin_quarter * sin_quarter
     if angle >= real(TAU):
         turn = real(0.0)
     outer = rho + radius
@@ -154,6 +141,37 @@ def inverse_square_arc(
 
 
 @portable
+def inverse_square_circle(rho: real, inner: real, z: real, radius: real, softening: real, fold: real):
+    """Local derivatives for `circle_jet`. Relative error 1e-14 off the wire, as `inverse_square_arc`, t being pi.
+
+    On a bare wire F is inf and the derivatives are 0, as they are where they overflow next to it.
+    """
+    outer = rho + radius
+    height2 = z * z + softening * softening
+    near2 = inner * inner + height2
+    if near2 == real(0.0):
+        zero = real(0.0)
+        return real(math.inf), zero, zero, zero, zero, zero
+    i_near = real(1.0) / near2
+    i_far = real(1.0) / (outer * outer + height2)
+    f = real(math.pi) * real(2.0) * radius * math.sqrt(i_near) * math.sqrt(i_far)
+    across = -real(2.0) * f * ((inner * outer + height2) * i_near * i_far)
+    isotropic = -f * (i_near + i_far)
+    # Squares of offsets, which are at most near2, with the fourth power of the cosine.
+    a = inner * i_near
+    b = z * i_near
+    c = outer * i_far
+    d = z * i_far
+    radial = f * (real(3.0) * a * a + real(2.0) * a * c + real(3.0) * c * c)
+    along = f * (real(3.0) * b * b + real(2.0) * b * d + real(3.0) * d * d)
+    mixed = f * (real(3.0) * a * b + a * d + b * c + real(3.0) * c * d)
+    if not abs(across + radial + along + isotropic) < real(math.inf):
+        zero = real(0.0)
+        return f, zero, zero, zero, zero, zero
+    return f, across, z * isotropic, isotropic + radial, isotropic + along, mixed
+
+
+@portable
 def inverse_square_open_arc(
     rho: real, inner: real, z: real, radius: real, angle: real, c0: real, s0: real, softening: real, fold: real
 ):
@@ -178,4 +196,4 @@ def inverse_square_open_arc(
 register(InverseSquare, Point, point_jet.bind(kernel=inverse_square_point))
 register(InverseSquare, Segment, segment_jet.bind(kernel=inverse_square_segment))
 register(InverseSquare, Arc, arc_jet.bind(kernel=inverse_square_open_arc))
-register(InverseSquare, Circle, arc_jet.bind(kernel=inverse_square_arc))
+register(InverseSquare, Circle, circle_jet.bind(kernel=inverse_square_circle, ring_offset=ring_offset))

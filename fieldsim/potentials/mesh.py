@@ -2,12 +2,16 @@
 
 import dataclasses
 import os
+import pathlib
 
 import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.potentials.triangle import Triangle
+
+# Formats that meshes are written in, each one file.
+WRITTEN = ("glb", "obj", "off", "ply", "stl")
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -45,6 +49,23 @@ class TriangleMesh:
         a, b, c = np.moveaxis(self.corners - self.vertices.mean(axis=0), 1, 0)
         return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
 
+    def save(self, path) -> None:
+        """Write to a file whose ending names the format: .stl, .obj, .ply, .glb, ... (extra `mesh`)."""
+        path = pathlib.Path(path)
+        kind = path.suffix.lower().removeprefix(".")
+        trimesh = _trimesh(f"writing {str(path)!r}")
+        if kind not in WRITTEN:
+            raise InputError(f"TriangleMesh: {str(path)!r} ends in no format of meshes; known: {', '.join(WRITTEN)}")
+        data = trimesh.Trimesh(self.vertices, self.faces, process=False).export(file_type=kind)
+        partial = path.with_name(f".{path.name}.part")
+        try:
+            partial.write_bytes(data.encode() if isinstance(data, str) else data)
+            os.replace(partial, path)
+        except OSError as reason:
+            raise InputError(f"TriangleMesh: {str(path)!r} cannot be written: {reason.strerror}") from None
+        finally:
+            partial.unlink(missing_ok=True)
+
     def triangles(self) -> tuple[Triangle, ...]:
         """The faces as primitives: the skeleton of a hollow shell."""
         return tuple(Triangle(a, b, c) for a, b, c in self.corners)
@@ -80,15 +101,21 @@ def _are_triangles(things):
     return isinstance(things, list | tuple) and bool(things) and all(isinstance(t, Triangle) for t in things)
 
 
-def _read(path):
-    """Vertices and faces of a file."""
+def _trimesh(what):
+    """The package; raises InputError where it is not installed."""
     try:
         import trimesh
     except ImportError:
         raise InputError(
-            f"mesh: reading {path!r} takes the package trimesh, which is not installed: pip install 'fieldsim[mesh]' "
+            f"mesh: {what} takes the package trimesh, which is not installed: pip install 'fieldsim[mesh]' "
             "(or pip install trimesh)"
         ) from None
+    return trimesh
+
+
+def _read(path):
+    """Vertices and faces of a file."""
+    trimesh = _trimesh(f"reading {path!r}")
     if not os.path.isfile(path):
         raise InputError(f"mesh: there is no file {path!r}")
     try:

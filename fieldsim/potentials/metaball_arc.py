@@ -11,11 +11,12 @@ import math
 
 from fieldsim.portable import portable, real
 from fieldsim.potentials.arc import Arc
+from fieldsim.potentials.arc_angles import HALF_PI, sine_cosine
 from fieldsim.potentials.arc_jet import arc_jet
 from fieldsim.potentials.carlson import carlson_d_pair
 from fieldsim.potentials.cells import register
-from fieldsim.potentials.circle import Circle
-from fieldsim.potentials.compact_arc import HALF_PI, middle, reach
+from fieldsim.potentials.circle import TAU, Circle
+from fieldsim.potentials.compact_arc import middle, reach
 from fieldsim.potentials.kernels import Metaball
 from fieldsim.potentials.special import sine_powers
 
@@ -41,8 +42,10 @@ def _plain(sin: real, cos: real, sin_half: real, cos_half: real, width: real):
 
 
 @portable
-def _quadrature(start: real, width: real, near2: real, p: real):
-    """Integrals of 1/d, sin^2/d, near2/d^3, sin^2/d^3, sin^4/d^3 by twelve Gauss nodes.
+def _quadrature(sin_c: real, cos_c: real, reach: real, near2: real, p: real):
+    """Integrals of 1/d, sin^2/d, near2/d^3, sin^2/d^3, sin^4/d^3 by twelve Gauss nodes in tan((v - c) / 2).
+
+    Over 2 atan(reach) to both sides of the middle c, of given sine and cosine.
 
     Exact to rounding where d varies little: see `_shell`.
     """
@@ -51,37 +54,41 @@ def _quadrature(start: real, width: real, near2: real, p: real):
     n_3 = real(0.0)
     s_3 = real(0.0)
     ss_3 = real(0.0)
-    half = real(0.5) * width
-    for k in range(12):
-        node = real(0.1252334085114689)
+    for k in range(6):
+        t = reach * real(0.1252334085114689)
         weight = real(0.24914704581340277)
-        if k == 1 or k == 7:
-            node = real(0.3678314989981802)
+        if k == 1:
+            t = reach * real(0.3678314989981802)
             weight = real(0.2334925365383548)
-        if k == 2 or k == 8:
-            node = real(0.5873179542866175)
+        if k == 2:
+            t = reach * real(0.5873179542866175)
             weight = real(0.20316742672306592)
-        if k == 3 or k == 9:
-            node = real(0.7699026741943047)
+        if k == 3:
+            t = reach * real(0.7699026741943047)
             weight = real(0.16007832854334622)
-        if k == 4 or k == 10:
-            node = real(0.9041172563704749)
+        if k == 4:
+            t = reach * real(0.9041172563704749)
             weight = real(0.10693932599531843)
-        if k == 5 or k == 11:
-            node = real(0.9815606342467192)
+        if k == 5:
+            t = reach * real(0.9815606342467192)
             weight = real(0.04717533638651183)
-        if k > 5:
-            node = -node
-        sin = math.sin(start + half * (real(1.0) + node))
-        square = sin * sin
-        d2 = near2 + p * square
-        inverse = half * weight / math.sqrt(d2)
-        cubic = inverse / d2
-        one += inverse
-        s_1 += inverse * square
-        n_3 += cubic * near2
-        s_3 += cubic * square
-        ss_3 += cubic * square * square
+        share = real(1.0) / (real(1.0) + t * t)
+        weight *= real(2.0) * reach * share
+        across = real(2.0) * t * share * cos_c
+        along = (real(1.0) - t * t) * share * sin_c
+        for side in range(2):
+            sin = along + across
+            if side == 1:
+                sin = along - across
+            square = sin * sin
+            d2 = near2 + p * square
+            inverse = weight / math.sqrt(d2)
+            cubic = inverse / d2
+            one += inverse
+            s_1 += inverse * square
+            n_3 += cubic * near2
+            s_3 += cubic * square
+            ss_3 += cubic * square * square
     return one, s_1, n_3, s_3, ss_3
 
 
@@ -95,10 +102,8 @@ def _shell(start: real, width: real, near2: real, p: real):
     take the difference of two incomplete integrals without cancellation: of cos^2 / d as far2 / 3 R_D + ..., of
     sin^2 / d as near2 / 3 R_D + ...; the others follow from those.
     """
-    sin = math.sin(start)
-    cos = math.cos(start)
-    sin_half = math.sin(real(0.5) * width)
-    cos_half = math.cos(real(0.5) * width)
+    sin, cos = sine_cosine(start)
+    sin_half, cos_half = sine_cosine(real(0.5) * width)
     s, sc, sin_end, cos_end = _plain(sin, cos, sin_half, cos_half, width)
     turn = real(2.0) * sin_half * cos_half
     far2 = near2 + p
@@ -115,7 +120,13 @@ def _shell(start: real, width: real, near2: real, p: real):
     # d vanishes at v = +-i asinh(near / sqrt(p)), far enough from short pieces and from all where p is small.
     middle_v = start + real(0.5) * width
     if p < real(0.25) * near2 or p * (real(1.4) * width * width - middle_v * middle_v) < real(0.5) * near2:
-        one_1, s_1, n_3, s_3, ss_3 = _quadrature(start, width, near2, p)
+        one_1, s_1, n_3, s_3, ss_3 = _quadrature(
+            sin * cos_half + cos * sin_half,
+            cos * cos_half - sin * sin_half,
+            sin_half / (real(1.0) + cos_half),
+            near2,
+            p,
+        )
         return s, sc, one_1, s_1, sc_1, n_3, s_3, ss_3, sc_3, ssc_3
     # U, with the shortness of the range, rise, taken out.
     u1 = sin_end * cos_end * d_start + sin * cos * d_end
@@ -154,6 +165,13 @@ def metaball_arc(
         side = -side
         v = -v
     width = real(0.5) * angle
+    times = real(1.0)
+    if angle >= real(TAU):
+        # One half of the circle, twice; what is odd vanishes.
+        width = real(HALF_PI)
+        v = real(0.5) * width
+        times = real(2.0)
+        side = real(0.0)
     low = v - real(0.5) * width
     before = max(-low, real(0.0))
     beyond = max(v + real(0.5) * width - real(HALF_PI), real(0.0))
@@ -188,9 +206,9 @@ def metaball_arc(
         inside = min(max(v_in - start, real(0.0)), piece)
         rest = min(max(v_out - start, real(0.0)), piece) - inside
         if inside > real(0.0):
-            squares, products, _, _ = _plain(
-                math.sin(start), math.cos(start), math.sin(real(0.5) * inside), math.cos(real(0.5) * inside), inside
-            )
+            sin, cos = sine_cosine(start)
+            sin_half, cos_half = sine_cosine(real(0.5) * inside)
+            squares, products, _, _ = _plain(sin, cos, sin_half, cos_half, inside)
             ball += inside
             ball_s += squares
             ball_sc += sign * products
@@ -210,20 +228,21 @@ def metaball_arc(
     # The offset from a source point is (inner + 2 R sin^2, -2 R sin cos, z); both kernels' parts are summed with it.
     per = real(1.0) / support
     twice = real(2.0) * radius
+    ring = times * twice
     a = real(0.0)
     b = real(0.0)
     if near2 > real(0.0):
         a = inner / math.sqrt(near2)
         b = z / math.sqrt(near2)
     # h' / r over ball and shell: scale times these.
-    scale = real(3.0) * per * twice
+    scale = real(3.0) * per * ring
     g = per * (shell - real(2.0) * ball) - one_1
     g_s = per * (s - real(2.0) * ball_s) - s_1
     g_sc = per * (sc - real(2.0) * ball_sc) - sc_1
     f = ball - real(3.0) * per * per * (near2 * ball + p * ball_s)
     f += real(1.5) * (shell + per * per * (near2 * shell + p * s) - real(2.0) * per * (near2 * one_1 + p * s_1))
     return (
-        twice * f,
+        ring * f,
         scale * (inner * g + twice * g_s),
         -scale * twice * g_sc,
         scale * z * g,

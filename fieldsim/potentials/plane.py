@@ -15,9 +15,12 @@ from fieldsim.potentials.cells import register
 from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Metaball, Newtonian, Quartic, SoftObject
 from fieldsim.potentials.point import EXPONENT_LIMIT
 from fieldsim.potentials.primitive import Primitive
+from fieldsim.potentials.segment import SPLIT, SPLIT_SINGLE
 from fieldsim.potentials.triangle_compact import SOFT_2, SOFT_3, metaball_levels
 
 TWO_PI = 2.0 * math.pi
+# Closer to the plane than this part of the offset from its point, the height is computed with care.
+CLOSE = 0.125
 
 
 @dataclasses.dataclass(frozen=True)
@@ -28,6 +31,8 @@ class Plane(Primitive):
     normal: tuple[float, float, float]
 
     dimension = 2
+    points = ("point",)
+    directions = ("normal",)
 
     def _checked(self):
         return {
@@ -39,6 +44,11 @@ class Plane(Primitive):
     def measure(self) -> float:
         """Raises InputError: mass cannot be spread over an infinite area."""
         raise InputError(f"{self!r} has an infinite area; give its field a strength instead of a mass")
+
+    @property
+    def box(self):
+        """A plane has none: raises InputError."""
+        raise InputError(f"{self}: a plane has no end; clip it with a triangle, or leave it out")
 
     def pack(self, row):
         """Write point and normal into an element row."""
@@ -91,7 +101,8 @@ def newtonian_plane(z: real, softening: real, fold: real):
 def _polynomial_plane(z: real, radius: real, fold: real):
     """(F, dF/dz, d2F/dz2) of c2 y^2 + c3 y^3, y = 1 - (z / radius)^2, within the radius."""
     u = z / radius
-    y = max((real(1.0) - u) * (real(1.0) + u), real(0.0))
+    # The difference is exact next to the support's edge.
+    y = max((radius - abs(z)) * (radius + abs(z)) / (radius * radius), real(0.0))
     f = real(math.pi) * radius * radius * (real(c2) / real(3.0) + real(c3) * y / real(4.0)) * y * y * y  # noqa: F821 - bound below
     slope = -real(TWO_PI) * (real(c2) + real(c3) * y) * y * y  # noqa: F821
     bend = (real(2.0) * real(c2) + real(3.0) * real(c3) * y) * y  # noqa: F821
@@ -111,11 +122,49 @@ def metaball_plane(z: real, radius: real, fold: real):
 
 
 @portable
+def close_height(x: real, y: real, z: real, rows: Table, i: int, reach: real):
+    """The height above the plane to 2^-76 (float32: 2^-34) of `reach`, the largest of the offset's coordinates.
+
+    As `arc_jet.close_to_the_ring`: offsets carry their rounding error along, and factors are split in two halves of
+    their digits, whose leading products are exact (a compiler may fuse them) and cancel exactly.
+    """
+    split = real(SPLIT)
+    if real(1.0) + real(1e-10) == real(1.0):
+        split = real(SPLIT_SINGLE)
+    unit = real(4.0) * split
+    grid = unit * reach
+    lead = real(0.0)
+    rest = real(0.0)
+    for k in range(3):
+        p = x
+        if k == 1:
+            p = y
+        if k == 2:
+            p = z
+        d = p - rows[i, 5 + k]
+        back = d - p
+        error = (p - (d - back)) - (rows[i, 5 + k] + back)
+        high = (d + grid) - grid
+        low = (d - high) + error
+        n_high = (rows[i, 17 + k] + unit) - unit
+        n_low = rows[i, 17 + k] - n_high
+        lead += high * n_high
+        rest += high * n_low + low * (n_high + n_low)
+    return lead + rest
+
+
+@portable
 def _element(x: real, y: real, z: real, rows: Table, i: int):
     nx = rows[i, 17]
     ny = rows[i, 18]
     nz = rows[i, 19]
-    height = (x - rows[i, 5]) * nx + (y - rows[i, 6]) * ny + (z - rows[i, 7]) * nz
+    dx = x - rows[i, 5]
+    dy = y - rows[i, 6]
+    dz = z - rows[i, 7]
+    height = dx * nx + dy * ny + dz * nz
+    reach = max(abs(dx), max(abs(dy), abs(dz)))
+    if abs(height) < real(CLOSE) * reach:
+        height = close_height(x, y, z, rows, i, reach)
     f, slope, curve = kernel(height, rows[i, 1], rows[i, 4])  # noqa: F821 - bound below
     f *= rows[i, 0]
     slope *= rows[i, 0]

@@ -24,6 +24,7 @@ class Point(Primitive):
 
     measure = 1.0
     dimension = 0
+    points = ("position",)
 
     def _checked(self):
         return {"position": validate.vector("Point", "position", self.position)}

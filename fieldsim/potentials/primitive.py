@@ -1,6 +1,9 @@
 """What every primitive of a skeleton shares: frozen fields that may be functions of time."""
 
 import dataclasses
+import typing
+
+import numpy as np
 
 
 @dataclasses.dataclass(frozen=True)
@@ -8,7 +11,11 @@ class Primitive:
     """A piece of a skeleton. Any field may be a number (or vector) or a function of time giving one.
 
     A primitive whose fields are all plain values is *concrete*: it is checked when made, and only it can be packed.
+    points, directions: names of the fields that move along, and of those that only turn, with the frame they are in.
     """
+
+    points: typing.ClassVar[tuple[str, ...]]
+    directions: typing.ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self):
         if self.animated:
@@ -31,6 +38,12 @@ class Primitive:
     def _checked(self) -> dict:
         """The fields' values, checked and normalised; raises InputError."""
         raise NotImplementedError
+
+    @property
+    def box(self) -> tuple[np.ndarray, np.ndarray]:
+        """Least and greatest coordinates, each (3,); raises InputError for one without end."""
+        corners = np.array([getattr(self, name) for name in self.points])
+        return corners.min(axis=0), corners.max(axis=0)
 
     def pack(self, row) -> None:
         """Write the geometry into an element row (see `cells`)."""

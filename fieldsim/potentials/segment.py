@@ -20,9 +20,10 @@ from fieldsim.portable import Table, portable, real
 from fieldsim.potentials.cells import register
 from fieldsim.potentials.error_functions import erfcx
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
+from fieldsim.potentials.line_integrals import inverse_powers
 from fieldsim.potentials.point import EXPONENT_LIMIT, FAR
 from fieldsim.potentials.primitive import Primitive
-from fieldsim.potentials.special import COS_30, log1p, sine_powers, sine_sixth
+from fieldsim.potentials.special import log1p
 
 HALF_SQRT_PI = math.sqrt(math.pi) / 2
 # Below this width in units of 1/a a Gaussian segment is integrated by eight Gauss-Legendre nodes, exact to rounding.
@@ -42,6 +43,7 @@ class Segment(Primitive):
     end: tuple[float, float, float]
 
     dimension = 1
+    points = ("start", "end")
 
     def _checked(self):
         start = validate.vector("Segment", "start", self.start)
@@ -71,39 +73,22 @@ def _plain(point):
 def cauchy_segment(lo: real, rho2: real, length: real, s: real, fold: real):
     """Local derivatives for `segment_jet`, of the Cauchy kernel.
 
-    Relative error < 1e-13, also far beyond the ends. With q = (c/s) tan(phi), c^2 = 1 + s^2 rho2, the integrals are
-    those of cos^2, cos^4 and cos^6 over phi; written in the difference of the two phi's (both arctangents combined) and
-    the product of their cosines, every term is positive beyond the ends. Sherstyuk 1999, eq. 2.21, recast.
+    Relative error < 1e-13, also far beyond the ends. Sherstyuk 1999, eq. 2.21, with both arctangents combined.
     """
-    hi = lo + length
     c2 = real(1.0) + s * s * rho2
-    c = math.sqrt(c2)
-    w_lo = real(1.0) / (c2 + s * s * lo * lo)
-    w_hi = real(1.0) / (c2 + s * s * hi * hi)
-    root = math.sqrt(w_lo) * math.sqrt(w_hi)
-    sin = s * length * c * root
-    cos = (c2 + s * s * lo * hi) * root
-    product = c2 * root
-    angle = real(0.0)
-    if cos < real(COS_30):
-        angle = math.atan2(sin, cos)
-    square, fourth = sine_powers(sin, cos, angle)
-    sixth = sine_sixth(sin, cos, fourth)
-    cube = sin * sin * sin
-    f = (product * sin + square) / (s * c2 * c)
-    cos4 = product * (product * sin * cos + cube) + fourth
-    cos6 = product * sin * (real(4.0) * cos * cos - real(1.0)) / real(3.0) + real(2.0) * cube * cos
-    cos6 = product * (product * cos6 + cube * sin * sin) + sixth
-    step = s * s * length * (lo + hi) * w_lo * w_hi
-    step3 = step * (w_lo * w_lo + w_lo * w_hi + w_hi * w_hi)
-    per = s / (c2 * c2 * c)
+    width = s * length
+    # With q in units of 1/s; the ends' h is then the square of the integrand's.
+    root, ends, far, _one, two, three, four = inverse_powers(s * lo, width, c2)
+    step = width * (s * lo + (s * lo + width)) * root * root
+    per2 = real(4.0) * s * s
+    step3 = per2 * step * (ends * ends - root * root)
     return (
-        f,
-        -step * (w_lo + w_hi),
-        -real(4.0) * per * cos4,
-        real(4.0) * s * s * (lo * step3 - length * w_hi * w_hi * w_hi),
-        real(4.0) * s * s * math.sqrt(rho2) * step3,
-        real(24.0) * per * (s * s * rho2 / c2) * cos6,
+        two * (real(1.0) / s),
+        -step * ends,
+        -real(4.0) * s * three,
+        lo * step3 - per2 * length * far * far * far,
+        math.sqrt(rho2) * step3,
+        real(6.0) * s * (per2 * rho2) * four,
     )
 
 
@@ -198,12 +183,12 @@ def newtonian_segment(lo: real, rho2: real, length: real, softening: real, fold:
     beyond_hi = r_hi + hi
     common = beyond_lo * beyond_hi
     excess = d2 * (beyond_lo + beyond_hi) + (lo + abs(lo)) * common
-    if excess == zero:
-        return real(math.inf), along, zero, along_along, zero, zero
     if lo > zero:
         across = (length * i_lo) * ((lo + hi) * i_hi) / (hi * r_lo + lo * r_hi)
         rest = (rho2 * i_lo * i_hi) * (d2 + lo * lo + hi * hi) / (r_lo * r_hi + lo * hi)
     else:
+        if d2 == zero:  # asked of d2, for who needs no potential
+            return real(math.inf), along, zero, along_along, zero, zero
         across = (hi * i_hi - lo * i_lo) / d2
         rest = (rho2 / d2) * (real(1.0) - (lo * i_lo) * (hi * i_hi))
     ends = rho2 * i_lo * i_lo + rho2 * i_hi * i_hi
@@ -245,24 +230,35 @@ def beside_line(
     start, end: their first columns; (ux, uy, uz): the direction between them. out: 1 where the end is the nearer one,
     -1 where the start is; lo: along, outward from it; w: offset from the line, of square rho2.
     """
-    # Offsets from the nearer end, so that points close to either end keep their digits.
-    near = start
-    far = end
+    # Offsets from both ends, and those from the nearer one, so that points close to either keep their digits.
     out = -real(1.0)
-    if (x - rows[i, start]) * ux + (y - rows[i, start + 1]) * uy + (z - rows[i, start + 2]) * uz > real(0.5) * length:
-        near = end
-        far = start
+    wx = x - rows[i, start]
+    wy = y - rows[i, start + 1]
+    wz = z - rows[i, start + 2]
+    along = wx * ux + wy * uy + wz * uz
+    lo = -along
+    fx = x - rows[i, end]
+    fy = y - rows[i, end + 1]
+    fz = z - rows[i, end + 2]
+    beyond = fx * ux + fy * uy + fz * uz
+    if along + beyond > real(0.0):
         out = real(1.0)
-    wx = x - rows[i, near]
-    wy = y - rows[i, near + 1]
-    wz = z - rows[i, near + 2]
-    lo = out * (wx * ux + wy * uy + wz * uz)
-    wx -= lo * out * ux
-    wy -= lo * out * uy
-    wz -= lo * out * uz
+        wx = fx
+        wy = fy
+        wz = fz
+        along = beyond
+        lo = beyond
+    wx -= along * ux
+    wy -= along * uy
+    wz -= along * uz
     rho2 = wx * wx + wy * wy + wz * wz
-    if rho2 < real(CLOSE) * lo * lo:
+    if rho2 < real(CLOSE) * (lo * lo):
         # Close to the line what is left of the offset is mostly rounding; once more, with care.
+        near = start
+        far = end
+        if out > real(0.0):
+            near = end
+            far = start
         t = -lo / length
         split = real(SPLIT)
         if real(1.0) + real(1e-10) == real(1.0):

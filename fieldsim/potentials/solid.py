@@ -55,6 +55,7 @@ class Face(Primitive):
     reach: float = 1.0
 
     dimension = 3
+    points = ("a", "b", "c", "center")
 
     def _checked(self):
         try:

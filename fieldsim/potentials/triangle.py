@@ -46,6 +46,7 @@ class Triangle(Primitive):
     c: tuple[float, float, float]
 
     dimension = 2
+    points = ("a", "b", "c")
 
     def _checked(self):
         corners = {name: validate.vector("Triangle", name, getattr(self, name)) for name in "abc"}

@@ -11,8 +11,10 @@ from fieldsim.potentials import cells
 from fieldsim.potentials.field import Field, gravity, skeleton
 from fieldsim.potentials.kernels import Kernel
 from fieldsim.potentials.primitive import Primitive
+from fieldsim.world.contact import LAWS, Absorb, Bounce, Repulsion
 from fieldsim.world.material import Material, color_rgb
 from fieldsim.world.motion import IDENTITY, pose_at
+from fieldsim.world.rigid import Rigid
 
 
 @dataclasses.dataclass(frozen=True)
@@ -23,7 +25,8 @@ class Body:
     gravity: the kernel with which the body pulls (None: it does not); mass: spread evenly over the skeleton's measure,
     may be negative (antigravity) or a function of time; G: gravitational constant.
     surface: the Material of the surface that is seen and collides (None: invisible and intangible).
-    motion: a Pose, a Spin, Keyframes of positions, or any function of time giving a Pose or a position.
+    motion: a Pose, a Spin, Keyframes of positions, or any function of time giving a Pose or a position; or Rigid: a
+    free body, which the simulation moves by the forces on it.
     """
 
     skeleton: tuple[Primitive, ...]
@@ -44,11 +47,18 @@ class Body:
             object.__setattr__(self, "motion", pose_at(self.motion, 0.0))
         if self.gravity is not None:
             self.gravity_field()
+        if self.free and self.deforming:
+            raise InputError("Body: a free body's skeleton, mass and material are constant; give another motion")
+
+    @property
+    def free(self) -> bool:
+        """Whether forces move the body."""
+        return isinstance(self.motion, Rigid)
 
     @property
     def moving(self) -> bool:
-        """Whether the pose is a function of time."""
-        return callable(self.motion)
+        """Whether the pose changes with time."""
+        return self.free or callable(self.motion)
 
     @property
     def deforming(self) -> bool:
@@ -69,6 +79,20 @@ class Body:
     def surface_elements(self, time: float) -> cells.Elements:
         """Packed surface elements at `time`, in the body's frame, scaled so that the surface is F = 1."""
         return self._pack_surface(time) if self.deforming else self._fixed_surface
+
+    def surface_field(self, time: float = 0.0) -> Field:
+        """The field whose level 1 is the body's surface at `time`, in the body's frame."""
+        if self.surface is None:
+            raise InputError(f"Body {self.name or repr(self.skeleton)}: it has no surface; give it a fs.Material")
+        return Field.of_elements(self.surface_elements(time))
+
+    def surface_mesh(self, time: float = 0.0, *, resolution: int | None = None, tolerance: float | None = None):
+        """The surface at `time`, alone and in the body's frame, as a closed `TriangleMesh`; see `Field.mesh`."""
+        from fieldsim.potentials.isosurface import level_mesh
+
+        low, high = zip(*(primitive.at(time).box for primitive in self.skeleton), strict=True)
+        low, high = np.min(low, axis=0), np.max(high, axis=0)
+        return level_mesh(self.surface_field(time), 1.0, low, high, resolution=resolution, tolerance=tolerance)
 
     @functools.cached_property
     def _fixed_gravity(self):
@@ -91,31 +115,25 @@ class Body:
         return cells.pack(primitives, [material.surface_kernel] * len(primitives), strengths, folds)
 
 
-@dataclasses.dataclass(frozen=True)
-class Bounce:
-    """Contact law: on reaching a surface the normal velocity is reversed and multiplied by `restitution` (0..1)."""
-
-    restitution: float = 0.6
-
-    def __post_init__(self):
-        value = validate.number("Bounce", "restitution", self.restitution, at_least=0.0)
-        if value > 1.0:
-            raise InputError(f"Bounce: restitution is {value:g}; give a number in 0..1 (1 keeps the energy)")
-
-
 @dataclasses.dataclass(frozen=True, eq=False)
 class Particles:
-    """A set of test particles as they start: positions and velocities (N, 3) in the world's frame.
+    """A set of particles as they start: positions and velocities (N, 3) in the world's frame.
 
-    radius: of the sphere that is seen and that collides; contact: a Bounce, or None to pass through everything.
+    radius: of the sphere that is seen and that collides; contact: what happens at a surface, a Bounce, Absorb or
+    Repulsion, or None to pass through everything. Particles do not touch each other.
+    gravity: the kernel with which each pulls all others, with its mass; None: they are test particles. G: gravitational
+    constant.
     """
 
     positions: np.ndarray
     velocities: np.ndarray
     radius: float = 0.02
-    contact: Bounce | None = None
+    contact: Bounce | Absorb | Repulsion | None = None
     color: object = "bone"
     name: str = ""
+    gravity: Kernel | None = None
+    mass: float = 1.0
+    G: float = 1.0
 
     def __post_init__(self):
         positions = validate.points("Particles", "positions", self.positions)
@@ -128,8 +146,15 @@ class Particles:
         object.__setattr__(self, "positions", positions.copy())
         object.__setattr__(self, "velocities", velocities.copy())
         object.__setattr__(self, "radius", validate.number("Particles", "radius", self.radius, above=0.0))
-        if self.contact is not None and not isinstance(self.contact, Bounce):
-            raise InputError(f"Particles: contact is {self.contact!r}; give fs.Bounce(restitution) or None")
+        if self.contact is not None and not isinstance(self.contact, LAWS):
+            raise InputError(
+                f"Particles: contact is {self.contact!r}; give fs.Bounce(restitution, friction), fs.Absorb(), "
+                "fs.Repulsion(stiffness) or None"
+            )
+        if self.gravity is not None and not isinstance(self.gravity, Kernel):
+            raise InputError(f"Particles: gravity is {self.gravity!r}; give a kernel such as fs.Newtonian(), or None")
+        for name in ("mass", "G"):
+            object.__setattr__(self, name, validate.number("Particles", name, getattr(self, name)))
         color_rgb("Particles", self.color)
 
     def __len__(self) -> int:

@@ -2,82 +2,19 @@
 
 import bisect
 import dataclasses
+import itertools
 import math
 
 import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import InputError
+from fieldsim.world import quaternion
 
 
 def value_at(value, time: float):
     """`value`, or `value(time)` where it is a function of time."""
     return value(time) if callable(value) else value
-
-
-class Keyframes:
-    """A function of time through given values: numbers, vectors or arrays of any one shape.
-
-    times: increasing, at least one; values: one per time. interpolation: "cubic" (Catmull-Rom with the true time steps:
-    smooth, exact for straight uniform motion), "linear" or "step". Before the first and after the last key the value
-    stays, unless `loop`: then time wraps, and the last key should equal the first.
-    """
-
-    def __init__(self, times, values, *, interpolation: str = "cubic", loop: bool = False):
-        self.times = [validate.number("Keyframes", f"times[{i}]", t) for i, t in enumerate(times)]
-        try:
-            self.values = np.asarray(values, dtype=float)
-        except (TypeError, ValueError):
-            raise InputError(
-                "Keyframes: values differ in shape; give one number or vector of one length per time"
-            ) from None
-        self.interpolation, self.loop = interpolation, loop
-        if not self.times or self.values.ndim == 0 or len(self.times) != len(self.values):
-            count = len(self.values) if self.values.ndim else 0
-            raise InputError(f"Keyframes: {len(self.times)} times for {count} values; give one value per time")
-        if any(b <= a for a, b in zip(self.times, self.times[1:], strict=False)):
-            raise InputError(f"Keyframes: times {self.times} do not increase; sort them and drop repeats")
-        if not np.isfinite(self.values).all():
-            raise InputError("Keyframes: a value is not finite; give finite numbers")
-        if interpolation not in ("cubic", "linear", "step"):
-            raise InputError(f"Keyframes: interpolation is {interpolation!r}; give 'cubic', 'linear' or 'step'")
-
-    def __call__(self, time: float):
-        """The value at `time`: a float, or an array of the keys' shape."""
-        result = self._value(time)
-        return float(result) if result.ndim == 0 else result
-
-    def _value(self, time):
-        first, last = self.times[0], self.times[-1]
-        if self.loop and last > first:
-            time = first + (time - first) % (last - first)
-        if time <= first:
-            return self.values[0]
-        if time >= last:
-            return self.values[-1]
-        k = bisect.bisect_right(self.times, time) - 1
-        step = self.times[k + 1] - self.times[k]
-        u = (time - self.times[k]) / step
-        if self.interpolation == "step":
-            return self.values[k]
-        if self.interpolation == "linear":
-            return (1 - u) * self.values[k] + u * self.values[k + 1]
-        return (
-            (1 + 2 * u) * (1 - u) ** 2 * self.values[k]
-            + u * (1 - u) ** 2 * step * self._slope(k)
-            + u * u * (3 - 2 * u) * self.values[k + 1]
-            + u * u * (u - 1) * step * self._slope(k + 1)
-        )
-
-    def _slope(self, k):
-        """Catmull-Rom tangent at key k: the mean speed over its two neighbours, zero at ends that do not loop."""
-        count = len(self.times)
-        if 0 < k < count - 1:
-            return (self.values[k + 1] - self.values[k - 1]) / (self.times[k + 1] - self.times[k - 1])
-        if not self.loop or count < 3:
-            return np.zeros_like(self.values[k])
-        steps = self.times[1] - self.times[0] + self.times[-1] - self.times[-2]
-        return (self.values[1] - self.values[-2]) / steps
 
 
 @dataclasses.dataclass(frozen=True)
@@ -104,14 +41,15 @@ class Pose:
     @property
     def matrix(self) -> np.ndarray:
         """Rotation matrix R, (3, 3)."""
-        w, x, y, z = self.rotation
-        return np.array(
-            [
-                [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-                [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-            ]
-        )
+        return quaternion.matrices(self.rotation)
+
+    def apply(self, points) -> np.ndarray:
+        """Points (..., 3) of the body's frame, in the world's."""
+        return np.asarray(points, dtype=float) @ self.matrix.T + np.asarray(self.position)
+
+    def __matmul__(self, inner: "Pose") -> "Pose":
+        """The pose of what has the pose `inner` in the frame of a body that has this one."""
+        return Pose(tuple(self.apply(inner.position)), tuple(quaternion.product(self.rotation, inner.rotation)))
 
     @property
     def is_identity(self) -> bool:
@@ -145,6 +83,118 @@ class Spin:
         turned = Pose.turned(self.axis, self.phase + self.rate * time)
         center = np.asarray(self.center)
         return Pose(tuple(center - turned.matrix @ center), turned.rotation)
+
+
+class Keyframes:
+    """A function of time through given values: numbers, vectors or arrays of any one shape, or poses.
+
+    times: increasing, at least one; values: one per time. interpolation: "cubic" (Catmull-Rom with the true time steps:
+    smooth, exact for straight uniform motion and uniform rotation), "linear" or "step". Before the first and after the
+    last key the value stays, unless `loop`: then time wraps, and the last key should equal the first.
+    Between two poses the body turns the shorter way round; give a key at least every half turn.
+    """
+
+    def __init__(self, times, values, *, interpolation: str = "cubic", loop: bool = False):
+        self.times = [validate.number("Keyframes", f"times[{i}]", t) for i, t in enumerate(times)]
+        self.interpolation, self.loop = interpolation, loop
+        values, self.rotations = _split_poses(values)
+        try:
+            self.values = np.asarray(values, dtype=float)
+        except (TypeError, ValueError):
+            raise InputError(
+                "Keyframes: values differ in shape; give one number or vector of one length per time"
+            ) from None
+        if not self.times or self.values.ndim == 0 or len(self.times) != len(self.values):
+            count = len(self.values) if self.values.ndim else 0
+            raise InputError(f"Keyframes: {len(self.times)} times for {count} values; give one value per time")
+        if any(b <= a for a, b in zip(self.times, self.times[1:], strict=False)):
+            raise InputError(f"Keyframes: times {self.times} do not increase; sort them and drop repeats")
+        if not np.isfinite(self.values).all():
+            raise InputError("Keyframes: a value is not finite; give finite numbers")
+        if interpolation not in ("cubic", "linear", "step"):
+            raise InputError(f"Keyframes: interpolation is {interpolation!r}; give 'cubic', 'linear' or 'step'")
+        if self.rotations is not None:
+            self._turns = [_turn(p, q) for p, q in itertools.pairwise(self.rotations)]
+
+    def __call__(self, time: float):
+        """The value at `time`: a float, an array of the keys' shape, or a Pose."""
+        k, u, step = self._span(time)
+        result = self._value(k, u, step)
+        if self.rotations is not None:
+            return Pose(result, self._rotation(k, u, step))
+        return float(result) if result.ndim == 0 else result
+
+    def _span(self, time):
+        """The key before `time`, the fraction u of the span to the next one, and that span's length."""
+        first, last = self.times[0], self.times[-1]
+        if self.loop and last > first:
+            time = first + (time - first) % (last - first)
+        if time <= first or last == first:
+            return 0, 0.0, 0.0
+        if time >= last:
+            return len(self.times) - 1, 0.0, 0.0
+        k = bisect.bisect_right(self.times, time) - 1
+        step = self.times[k + 1] - self.times[k]
+        return k, (time - self.times[k]) / step, step
+
+    def _value(self, k, u, step):
+        if u == 0.0 or self.interpolation == "step":
+            return self.values[k]
+        if self.interpolation == "linear":
+            return (1 - u) * self.values[k] + u * self.values[k + 1]
+        slopes = self._slopes(k, np.diff(self.values, axis=0))
+        return (
+            (1 + 2 * u) * (1 - u) ** 2 * self.values[k]
+            + u * (1 - u) ** 2 * step * slopes[0]
+            + u * u * (3 - 2 * u) * self.values[k + 1]
+            + u * u * (u - 1) * step * slopes[1]
+        )
+
+    def _rotation(self, k, u, step):
+        """The cubic Bezier curve in its cumulative form, with rotations for sums (Kim, Kim & Shin 1995)."""
+        start = self.rotations[k]
+        if u == 0.0 or self.interpolation == "step":
+            return start
+        turn = self._turns[k]
+        if self.interpolation == "linear":
+            return quaternion.product(start, quaternion.exponential(u * turn))
+        first, last = (quaternion.exponential(-slope * step / 3) for slope in self._slopes(k, self._turns))
+        between = quaternion.product(quaternion.product(first, quaternion.exponential(turn)), last)
+        first, last = quaternion.logarithm(quaternion.inverse(first)), quaternion.logarithm(quaternion.inverse(last))
+        parts = ((1 - (1 - u) ** 3, first), (u * u * (3 - 2 * u), quaternion.logarithm(between)), (u**3, last))
+        result = start
+        for weight, vector in parts:
+            result = quaternion.product(result, quaternion.exponential(weight * vector))
+        return result
+
+    def _slopes(self, k, changes):
+        """Catmull-Rom tangents at the keys k and k + 1; `changes`: from each key to the next."""
+        return self._slope(k, changes), self._slope(k + 1, changes)
+
+    def _slope(self, k, changes):
+        """The mean speed over a key's two neighbours, zero at ends that do not loop."""
+        count = len(self.times)
+        if 0 < k < count - 1:
+            return (changes[k - 1] + changes[k]) / (self.times[k + 1] - self.times[k - 1])
+        if not self.loop or count < 3:
+            return np.zeros_like(changes[0])
+        return (changes[0] + changes[-1]) / (self.times[1] - self.times[0] + self.times[-1] - self.times[-2])
+
+
+def _split_poses(values):
+    """Positions and rotations of poses, or the values and None."""
+    values = list(values) if hasattr(values, "__iter__") else values
+    if not (isinstance(values, list) and values and isinstance(values[0], Pose)):
+        return values, None
+    for index, value in enumerate(values):
+        if not isinstance(value, Pose):
+            raise InputError(f"Keyframes: values[{index}] is {value!r} among poses; give a fs.Pose for every time")
+    return [pose.position for pose in values], [np.array(pose.rotation) for pose in values]
+
+
+def _turn(p, q):
+    """Rotation vector from rotation p to q, in the frame of p."""
+    return quaternion.logarithm(quaternion.product(quaternion.inverse(p), q))
 
 
 def pose_at(motion, time: float) -> Pose:

@@ -5,6 +5,7 @@ import functools
 
 import numpy as np
 
+from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.potentials import cells
 from fieldsim.world.body import Body, Particles
@@ -14,13 +15,21 @@ from fieldsim.world.motion import Pose, pose_at
 
 
 class World:
-    """What there is. Plain values: physics and pictures read them."""
+    """What there is. Plain values: physics and pictures read them.
 
-    def __init__(self, *, lights=DEFAULT_LIGHTS, background: Background | None = None):
+    escape_radius: a particle farther than this from the origin has escaped: it stays where it is. None: none ever does.
+    """
+
+    def __init__(
+        self, *, lights=DEFAULT_LIGHTS, background: Background | None = None, escape_radius: float | None = None
+    ):
         self.bodies: list[Body] = []
         self.particles: list[Particles] = []
         self.lights = tuple(lights)
         self.background = background or Background()
+        if escape_radius is not None:
+            escape_radius = validate.number("World", "escape_radius", escape_radius, above=0.0)
+        self.escape_radius = escape_radius
         for index, light in enumerate(self.lights):
             if not isinstance(light, Light):
                 raise InputError(f"World: lights[{index}] is {light!r}; give fs.PointLight or fs.DirectionalLight")
@@ -61,6 +70,11 @@ class Snapshot:
     poses: tuple[Pose, ...]
     positions: tuple[np.ndarray, ...]
     velocities: tuple[np.ndarray, ...]
+
+    def poses_at(self, index: int, times) -> tuple[np.ndarray, np.ndarray]:
+        """Rotations (n, 3, 3) and positions (n, 3) of body `index`: those of this moment, at each of the n `times`."""
+        pose, count = self.poses[index], len(times)
+        return np.broadcast_to(pose.matrix, (count, 3, 3)), np.broadcast_to(pose.position, (count, 3))
 
     @functools.cached_property
     def surface(self) -> "Surface":

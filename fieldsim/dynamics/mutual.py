@@ -1,0 +1,140 @@
+"""Particles that pull each other: a direct sum over all that have gravity, at every stage of a splitting.
+
+Each pulls with its kernel as a Point does, so any kernel may rule. All pulls come in equal and opposite pairs, which
+keeps momentum to rounding. One thread per particle and stage: a drift of all has to end before the next kick.
+"""
+
+import functools
+
+import numpy as np
+import warp as wp
+
+from fieldsim.dynamics.rigid_steps import added
+from fieldsim.dynamics.sources import Stages, field_at
+from fieldsim.errors import InputError
+from fieldsim.launch import launch
+from fieldsim.potentials import cells
+from fieldsim.potentials.point import Point
+
+
+@wp.struct
+class Pull:
+    """Which particles pull, (M,) indices; with what strength, G mass (M,); and their kernel's width."""
+
+    sources: wp.array(dtype=wp.int32)
+    strengths: wp.array(dtype=wp.float64)
+    width: wp.float64
+
+
+@functools.cache
+def _point_kernel(kernel):
+    """Warp function (r^2, width, fold) -> (h, h' / r, ...) of a kernel class."""
+    return cells.CELLS[kernel, Point].jet.bindings["kernel"].warp(wp.float64)
+
+
+@functools.cache
+def kick_kernel(kinds_used, kernel):
+    """Kernel (v, v_rest; x, weight, stage, gravity, pull): v += weight * (pull of the bodies and of the particles)."""
+    field = field_at(kinds_used)
+    point = _point_kernel(kernel)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def kick(
+        start: int,
+        weight: wp.float64,
+        stage: int,
+        gravity: Stages,
+        pull: Pull,
+        x: wp.array(dtype=wp.vec3d),
+        v: wp.array(dtype=wp.vec3d),
+        v_rest: wp.array(dtype=wp.vec3d),
+    ):
+        i = start + wp.tid()
+        here = x[i]
+        _f, a = field(here, gravity, stage)
+        for k in range(pull.sources.shape[0]):
+            away = here - x[pull.sources[k]]
+            _h, slope, _bend = point(wp.dot(away, away), pull.width, wp.float64(0.0))
+            a = a + (pull.strengths[k] * slope) * away
+        new, rest = added(v[i], v_rest[i], weight * a)
+        v[i] = new
+        v_rest[i] = rest
+
+    return kick
+
+
+@wp.kernel(module="unique", enable_backward=False)
+def drift_kernel(
+    start: int,
+    time: wp.float64,
+    v: wp.array(dtype=wp.vec3d),
+    x: wp.array(dtype=wp.vec3d),
+    x_rest: wp.array(dtype=wp.vec3d),
+):
+    """Move every particle freely for a time."""
+    i = start + wp.tid()
+    new, rest = added(x[i], x_rest[i], time * v[i])
+    x[i] = new
+    x_rest[i] = rest
+
+
+class MutualGravity:
+    """The pull of a world's particles on each other. len(): how many pull."""
+
+    def __init__(self, world, device, threads=None):
+        self.device, self.threads = device, threads
+        pulling = [particles for particles in world.particles if particles.gravity is not None]
+        self._kernel = pulling[0].gravity if pulling else None
+        if any(particles.gravity != self._kernel for particles in pulling):
+            raise InputError("particles of several sets pull each other with different kernels; give them one gravity")
+        if pulling and any(particles.contact for particles in world.particles):
+            raise InputError(
+                "particles cannot both pull each other and collide with surfaces; give them contact=None, or no gravity"
+            )
+        strengths = [np.full(len(p), p.G * p.mass if p.gravity is not None else 0.0) for p in world.particles if len(p)]
+        self._strengths = np.concatenate([[], *strengths])
+        self._sources = np.flatnonzero(self._strengths)
+
+    def __len__(self) -> int:
+        return len(self._sources)
+
+    @functools.cached_property
+    def _pull(self):
+        pull = Pull()
+        pull.sources = wp.array(self._sources, dtype=wp.int32, device=self.device)
+        pull.strengths = wp.array(self._strengths[self._sources], dtype=wp.float64, device=self.device)
+        pull.width = self._kernel.width
+        return pull
+
+    @functools.cached_property
+    def _rests(self):
+        """What rounding has kept from positions and velocities so far."""
+        return [wp.zeros(len(self._strengths), dtype=wp.vec3d, device=self.device) for _ in range(2)]
+
+    def leap(self, x, v, steps: int, dt: float, method, gravity: Stages, kinds_used) -> None:
+        """Take all particles through `steps` steps; gravity: the bodies' tables at the stages of all of them."""
+        if any(method.gradients):
+            raise InputError(f"{method!r} cannot move particles that pull each other; give one without force gradients")
+        x_rest, v_rest = self._rests
+        kick = kick_kernel(kinds_used, type(self._kernel))
+        options = {"device": self.device, "threads": self.threads, "grain": 16}
+        for step in range(steps):
+            for j, weight in enumerate(method.kicks):
+                if j:
+                    shares = [wp.float64(dt * method.drifts[j - 1]), v]
+                    launch(drift_kernel, len(x), shares, [x, x_rest], **options)
+                if weight:
+                    stage = step * len(method.drifts) + j
+                    inputs = [wp.float64(dt * weight), stage, gravity, self._pull, x]
+                    launch(kick, len(x), inputs, [v, v_rest], **options)
+
+    def potential_energies(self, positions: np.ndarray) -> np.ndarray:
+        """Of each particle in the pull of the others, (N,): minus G m of the others times h, per unit of its mass."""
+        energies = np.zeros(len(positions))
+        jet = cells.CELLS[type(self._kernel), Point].jet.bindings["kernel"]
+        for k in self._sources:
+            r2 = np.sum((positions - positions[k]) ** 2, axis=1)
+            h = np.array([jet(r, self._kernel.width, 0.0)[0] for r in r2])
+            h[k] = 0.0
+            energies -= self._strengths[k] * h
+        return energies

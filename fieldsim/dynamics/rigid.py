@@ -1,0 +1,231 @@
+"""Free bodies of a simulation: their state on the host, moved launch by launch by one kernel on the CPU.
+
+Few bodies in one thread: what comes out, their poses at every stage, places the rows that particles feel (see
+`sources`), on whatever device these are.
+"""
+
+import warnings
+
+import numpy as np
+import warp as wp
+
+from fieldsim.dynamics.rigid_body import FreeBody, free_body, log_slope
+from fieldsim.dynamics.rigid_steps import Splitting, energy_kernel, rigid_kernel
+from fieldsim.dynamics.rigid_tables import HOST, host_array, masses_of, prescribed_tables, shells_of, state_of
+from fieldsim.dynamics.rigid_track import Track
+from fieldsim.dynamics.sources import Sources, field_of_elements
+from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
+from fieldsim.launch import launch
+from fieldsim.world import quaternion
+from fieldsim.world.motion import Pose
+from fieldsim.world.world import World
+
+# Where a point of one surface starts within the other's field of more than this, the two overlap.
+OVERLAP = 1.001
+# Contacts want steps shorter than this share of 1 / (their angular frequency).
+RESOLVED = 0.5
+
+
+class FreeBodies:
+    """All free bodies of a world. len() is their number; they count in the world's order."""
+
+    def __init__(self, world, time: float):
+        self.world = world
+        self.starts: list[FreeBody] = [free_body(i, body) for i, body in enumerate(world.bodies) if body.free]
+        self._number = {start.index: b for b, start in enumerate(self.starts)}
+        if not self.starts:
+            return
+        self.time = time
+        self._gravity = Sources(world, "gravity", time, prescribed=True)
+        self._surfaces = Sources(world, "surface", time, prescribed=True)
+        self._masses = masses_of(self.starts)
+        self._state = state_of(self.starts)
+        # Without stiffness at first: the energy of the start decides on it.
+        self._shells = shells_of(self.starts, [0.0] * len(self))
+        self._refuse_overlaps()
+        budget = self.kinetic_energies.sum() + abs(self.potential_energy())
+        surfaces = [body.surface.at(time) for body in world.bodies if body.surface is not None]
+        gentlest = min(map(log_slope, surfaces), default=0.0)
+        self.stiffnesses = [start.stiffness(budget, gentlest) if start.shell else 0.0 for start in self.starts]
+        self._shells = shells_of(self.starts, self.stiffnesses)
+        # Alone a surface meets nothing.
+        hardest = zip(self.starts, self.stiffnesses, strict=True) if len(surfaces) > 1 else ()
+        self._quickest = max((s.quickest(k, budget, gentlest) for s, k in hardest if k), default=0.0)
+        self._warned = False
+        self._track = self._tracked([time], self._state.x.numpy()[None], self._state.q.numpy()[None])
+
+    def __len__(self) -> int:
+        return len(self.starts)
+
+    # Motion
+
+    @property
+    def _kinds(self):
+        """Kinds that occur: of gravity and of surfaces, each of the prescribed bodies' and the free ones' elements."""
+        masses, shells = (tuple(np.unique(t.kinds.numpy()).tolist()) for t in (self._masses, self._shells))
+        return (self._gravity.kinds_used, masses), (self._surfaces.kinds_used, shells)
+
+    def leap(self, times, dt: float, method) -> None:
+        """Move from times[0] to times[-1], the stages of whole steps of length dt."""
+        times = np.asarray(times)
+        stages, steps = len(times), (len(times) - 1) // len(method.drifts)
+        self._warn_of_stiffness(dt)
+        state = self._state
+        for name, count, dtype in (
+            ("places", stages, wp.vec3d),
+            ("turns", stages, wp.quatd),
+            ("speeds", steps + 1, wp.vec3d),
+            ("rates", steps + 1, wp.vec3d),
+        ):
+            setattr(state, name, wp.empty((count, len(self)), dtype=dtype, device=HOST))
+        inputs = [
+            steps,
+            wp.float64(dt),
+            _splitting(method),
+            *prescribed_tables(self._gravity, self._surfaces, times),
+            self._masses,
+            self._shells,
+        ]
+        launch(rigid_kernel(*self._kinds), 1, inputs, [state], device=HOST, threads=1)
+        self.time = float(times[-1])
+        speeds, rates = state.speeds.numpy(), state.rates.numpy()
+        self._track = self._tracked(times, state.places.numpy(), state.turns.numpy(), speeds, rates)
+        self._refuse_nonsense()
+
+    def _warn_of_stiffness(self, dt):
+        if self._quickest * dt > RESOLVED and not self._warned:
+            self._warned = True
+            warnings.warn(
+                f"free bodies: the hardest contact that their energy allows swings at {self._quickest:.3g} radians per "
+                f"unit of time, too fast for dt = {dt:.3g}; give dt below {RESOLVED / self._quickest:.2g}, or a lower "
+                "Rigid(stiffness=...)",
+                FieldsimWarning,
+                stacklevel=5,
+            )
+
+    def _refuse_nonsense(self):
+        x, p, spin = self._state.x.numpy(), self._state.p.numpy(), self._state.spin.numpy()
+        bad = np.flatnonzero(~np.isfinite(x + p + spin).all(axis=1))
+        if bad.size:
+            start = self.starts[bad[0]]
+            raise FieldsimError(
+                f"at time {self.time:g} {start.name} is at {tuple(x[bad[0]].tolist())} with angular momentum "
+                f"{tuple(spin[bad[0]].tolist())}; soften what it falls into, give it a surface, or shorten dt"
+            )
+
+    def _refuse_overlaps(self):
+        """Raise InputError where surfaces lie in each other, naming the bodies."""
+        for start in self.starts:
+            if start.shell is None:
+                continue
+            points = start.center + start.shell.points @ quaternion.matrices(start.turn).T
+            for index, body in enumerate(self.world.bodies):
+                if index == start.index or body.surface is None:
+                    continue
+                pose = body.motion if body.free else self.world.at(self.time).poses[index]
+                local = (points - pose.position) @ pose.matrix
+                if field_of_elements(body.surface_elements(self.time), local)[0].max() > OVERLAP:
+                    other = f"Body {index}" + (f" ({body.name})" if body.name else "")
+                    raise InputError(
+                        f"{start.name} and {other} overlap at the start, time {self.time:g}; move them apart"
+                    )
+
+    # Poses
+
+    def _tracked(self, times, places, turns, speeds=None, rates=None):
+        back = np.array([start.frame.rotation for start in self.starts]) * (1.0, -1.0, -1.0, -1.0)
+        rotations = quaternion.product(turns[..., [3, 0, 1, 2]], np.broadcast_to(back, (*turns.shape[:-1], 4)))
+        centers = np.array([start.frame.position for start in self.starts])
+        return Track(np.asarray(times), places, rotations, centers, speeds, rates)
+
+    def poses(self, index: int, times) -> tuple[np.ndarray, np.ndarray]:
+        """Rotations (stages, 3, 3), positions (stages, 3) of body `index` at times of the latest launch."""
+        rotations, positions = self._track.at(self._number[index], np.asarray(times))
+        return quaternion.matrices(rotations), positions
+
+    @property
+    def present(self) -> dict[int, Pose]:
+        """The poses now, by index among the world's bodies."""
+        found = {}
+        for start in self.starts:
+            rotations, positions = self._track.at(self._number[start.index], self._track.times[-1:])
+            found[start.index] = Pose(tuple(positions[0].tolist()), tuple(rotations[0].tolist()))
+        return found
+
+    # State, world frame
+
+    @property
+    def masses(self) -> np.ndarray:
+        """Masses (B,)."""
+        return self._masses.mass.numpy().copy()
+
+    @property
+    def centers(self) -> np.ndarray:
+        """Centres of mass (B, 3)."""
+        return self._state.x.numpy().copy()
+
+    @property
+    def momenta(self) -> np.ndarray:
+        """Momenta (B, 3)."""
+        return self._state.p.numpy().copy()
+
+    @property
+    def spins(self) -> np.ndarray:
+        """Angular momenta about the centres of mass (B, 3), in the world's frame."""
+        return self._state.spin.numpy().copy()
+
+    @property
+    def angular_velocities(self) -> np.ndarray:
+        """Angular velocities (B, 3), radians per unit of time, in the world's frame."""
+        turns = quaternion.matrices(self._state.q.numpy()[:, [3, 0, 1, 2]])
+        local = np.einsum("bji,bj->bi", turns, self.spins)
+        return np.einsum("bij,bj->bi", turns, self._masses.inverse.numpy() * local)
+
+    @property
+    def kinetic_energies(self) -> np.ndarray:
+        """Of motion and rotation, (B,)."""
+        translation = 0.5 * np.sum(self.momenta**2, axis=1) / self.masses
+        return translation + 0.5 * np.sum(self.spins * self.angular_velocities, axis=1)
+
+    def potential_energy(self) -> float:
+        """Of all free bodies in the gravity and the contacts of the prescribed ones and of each other, now."""
+        return self._acting(self._gravity, self._surfaces, self._masses, self._shells, self._state)
+
+    def _acting(self, gravity, surfaces, masses, shells, state):
+        """The potential energy now; sets the state's forces and torques."""
+        energy = wp.empty(1, dtype=wp.float64, device=HOST)
+        inputs = [*prescribed_tables(gravity, surfaces, np.array([self.time])), masses, shells, state]
+        launch(energy_kernel(*self._kinds), 1, inputs, [energy], device=HOST, threads=1)
+        return float(energy.numpy()[0])
+
+    def wrench(self, source: int, b: int) -> tuple[np.ndarray, np.ndarray]:
+        """Force (3,) and torque (3,) about its centre of mass, world frame, of body `source` of the world on body b."""
+        alone, chosen = World(), [b]
+        if source in self._number:
+            chosen = sorted({b, self._number[source]})
+        else:
+            alone.add_body(self.world.bodies[source])
+        if len(chosen) == 1 and source in self._number:
+            return np.zeros(3), np.zeros(3)
+        starts = [self.starts[k] for k in chosen]
+        gravity, surfaces = (Sources(alone, role, self.time, prescribed=True) for role in ("gravity", "surface"))
+        shells = shells_of(starts, [self.stiffnesses[k] for k in chosen])
+        state = state_of(starts)
+        state.x = host_array(self._state.x.numpy()[chosen], wp.vec3d)
+        state.q = host_array(self._state.q.numpy()[chosen], wp.quatd)
+        self._acting(gravity, surfaces, masses_of(starts), shells, state)
+        place = chosen.index(b)
+        return state.force.numpy()[place].copy(), state.torque.numpy()[place].copy()
+
+
+def _splitting(method) -> Splitting:
+    """The shares of a method's steps; raises InputError for one that free bodies cannot be moved by."""
+    if not hasattr(method, "kicks") or any(method.gradients):
+        raise InputError(
+            f"Simulation: {method!r} cannot move free bodies; give a splitting without force gradients, such as "
+            "fs.Leapfrog(dt)"
+        )
+    splitting = Splitting()
+    splitting.kicks = host_array(method.kicks, wp.float64)
+    splitting.drifts = host_array(method.drifts, wp.float64)
+    return splitting

@@ -1,0 +1,141 @@
+"""Free bodies as they start: what the user gave, in the principal frame."""
+
+import dataclasses
+import functools
+import math
+
+import numpy as np
+
+from fieldsim.dynamics.inertia import NOTHING, mass_properties, surface_box
+from fieldsim.dynamics.mass_points import enough, mass_points
+from fieldsim.dynamics.shells import Shell, shell, spacing
+from fieldsim.dynamics.surfaces import with_reach
+from fieldsim.errors import InputError
+from fieldsim.potentials import cells
+from fieldsim.potentials.kernels import Gaussian
+from fieldsim.world import quaternion
+from fieldsim.world.motion import Pose
+
+# Relative error of the mass points' pull on what touches the body.
+TOLERANCE = 1e-8
+# Where a body has no surface, what comes nearer than this share of its size counts as touching.
+NEAR = 0.25
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class FreeBody:
+    """One free body as it starts. index: among the world's bodies; frame: its principal frame in the body's frame.
+
+    mass; moments (3,), ascending, any put in the place of those that are none (see `Rigid`): nothing turns there.
+    """
+
+    index: int
+    name: str
+    body: object
+    mass: float
+    moments: np.ndarray
+    frame: Pose
+
+    @property
+    def center(self) -> np.ndarray:
+        """Its centre of mass, world frame, (3,)."""
+        motion = self.body.motion
+        return np.array(motion.position) + motion.matrix @ self.frame.position
+
+    @property
+    def turn(self) -> np.ndarray:
+        """The quaternion (4,) from the principal to the world's frame."""
+        return quaternion.product(self.body.motion.rotation, self.frame.rotation)
+
+    def gravity_elements(self) -> cells.Elements:
+        """What pulls, in the principal frame."""
+        return self._placed(self.body.gravity_elements(0.0))
+
+    def surface_elements(self) -> cells.Elements:
+        """What collides, in the principal frame, with its reach."""
+        own = self.body.surface_elements(0.0)
+        placed = self._placed(own)
+        return dataclasses.replace(placed, rows=with_reach(placed.rows, own.kinds, len(own)))
+
+    def _placed(self, elements):
+        turn = self.frame.matrix.T
+        return dataclasses.replace(elements, rows=cells.place(elements.rows, turn, -turn @ self.frame.position))
+
+    def mass_points(self) -> tuple[np.ndarray, np.ndarray]:
+        """Mass points (n, 3) in the principal frame and their masses (n,)."""
+        skeleton = self.body.skeleton
+        clearance = 2.0 * self.body.surface.radius if self.body.surface else NEAR * _extent(skeleton)
+        points, weights = mass_points(skeleton, [enough(p, clearance, TOLERANCE) for p in skeleton])
+        return self._inward(points), self.mass * weights
+
+    @functools.cached_property
+    def shell(self) -> Shell | None:
+        """Points on its surface, in the principal frame, or None."""
+        if self.body.surface is None:
+            return None
+        elements = self.body.surface_elements(0.0)
+        box = surface_box(self.body.skeleton, elements)
+        found = shell(elements, *box, spacing(self.body.surface.radius))
+        blocks = np.column_stack([self._inward(found.blocks[:, :3]), found.blocks[:, 3]])
+        return dataclasses.replace(found, points=self._inward(found.points), blocks=blocks)
+
+    def _inward(self, points):
+        """Points of the body's frame in the principal one."""
+        return (points - self.frame.position) @ self.frame.matrix
+
+    @property
+    def depth(self) -> float:
+        """How deep the hardest hit that the start's energy allows may press into its surface: a tenth of its radius."""
+        return 0.1 * self.body.surface.radius
+
+    def _hardness(self, slope):
+        """U / (stiffness d^4) of two equal surfaces of this radius R that overlap by d, where log F rises by `slope`.
+
+        They do so on an area of pi R d, over which the cube of the depth has the mean d^3 / 4.
+        """
+        return math.pi * self.body.surface.radius * slope**3 / 12.0
+
+    def stiffness(self, energy: float, slope: float) -> float:
+        """Energy per area with which a hit of `energy` presses in by `depth` of a surface of `slope`, unless told."""
+        told = self.body.motion.stiffness
+        return told or (energy or 1.0) / (self._hardness(slope) * self.depth**4)
+
+    def quickest(self, stiffness: float, energy: float, slope: float) -> float:
+        """Angular frequency of contact in a hit of `energy`: of U ~ d^4 at the depth d where U is `energy`.
+
+        Its partner weighs as much at least, or the frequency is the partner's to tell.
+        """
+        depth = (energy / (stiffness * self._hardness(slope))) ** 0.25
+        return math.sqrt(24.0 * energy / self.mass) / depth if depth else 0.0
+
+
+def log_slope(material) -> float:
+    """How fast log F falls at the surface of a material at least (of a point it is steeper for a Cauchy)."""
+    kernel, radius = material.surface_kernel, material.radius
+    if isinstance(kernel, Gaussian):
+        return 2.0 * kernel.a**2 * radius
+    return 2.0 * kernel.s**2 * radius / (1.0 + (kernel.s * radius) ** 2)
+
+
+def free_body(index, body) -> FreeBody:
+    """The start of body `index`; raises InputError for mass properties that cannot be."""
+    name = f"Body {index}" + (f" ({body.name})" if body.name else "")
+    properties = mass_properties(body)
+    moments, axes = properties.principal()
+    frame = Pose(tuple(properties.center), tuple(quaternion.of_matrix(axes)))
+    none = moments <= NOTHING * moments[2]
+    if none.any():
+        spin = np.array(body.motion.matrix).T @ np.array(body.motion.angular_velocity)
+        if np.abs(axes[:, none].T @ spin).max() > 1e-9 * np.linalg.norm(spin):
+            what = "a point" if none.all() else "a straight line"
+            raise InputError(
+                f"{name}: its mass lies on {what}, which has no inertia to spin about itself with; give its motion "
+                "inertia='solid' or a matrix, or an angular_velocity without that part"
+            )
+        moments = np.where(none, moments[2] or properties.mass, moments)
+    return FreeBody(index, name, body, properties.mass, moments, frame)
+
+
+def _extent(skeleton):
+    points, _ = mass_points(skeleton, [8] * len(skeleton))
+    return float(np.linalg.norm(np.ptp(points, axis=0))) or 1.0

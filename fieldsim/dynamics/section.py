@@ -1,0 +1,257 @@
+"""Poincare sections: where orbits pierce a plane."""
+
+import dataclasses
+import functools
+
+import numpy as np
+import warp as wp
+
+from fieldsim import validate
+from fieldsim.dynamics.integrators import Leapfrog, Splitting, moments
+from fieldsim.dynamics.simulation import Simulation
+from fieldsim.dynamics.sources import Stages, field_at
+from fieldsim.dynamics.state import State
+from fieldsim.dynamics.steps import Method, advance_of, method_of, part_of, particle_at, put
+from fieldsim.errors import InputError
+from fieldsim.launch import launch
+from fieldsim.world.motion import IDENTITY, Spin, pose_at
+
+# Halvings and Newton steps towards a crossing at most.
+REFINEMENTS = wp.constant(60)
+
+
+@dataclasses.dataclass(frozen=True)
+class Section:
+    """The plane through `point` across `normal` that orbits are to pierce.
+
+    direction: 1 counts crossings along `normal`, -1 those against it, 0 both. spin: a Spin with which the plane turns,
+    as bodies do; crossings are then given in the turning frame.
+    """
+
+    point: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    normal: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    direction: int = 1
+    spin: Spin | None = None
+
+    def __post_init__(self):
+        object.__setattr__(self, "point", validate.vector("Section", "point", self.point))
+        object.__setattr__(self, "normal", validate.direction("Section", "normal", self.normal))
+        if self.direction not in (-1, 0, 1):
+            raise InputError(f"Section: direction is {self.direction!r}; give 1, -1, or 0 for both ways")
+        if not isinstance(self.spin, Spin | None):
+            raise InputError(f"Section: spin is {self.spin!r}; give the fs.Spin with which the plane turns, or None")
+
+
+@dataclasses.dataclass(frozen=True)
+class Crossings:
+    """M crossings of a section in order of time: times (M,), particles (M,), positions and velocities (M, 3).
+
+    particles: index in all sets together. Velocities are those seen from the section's frame.
+    """
+
+    times: np.ndarray
+    particles: np.ndarray
+    positions: np.ndarray
+    velocities: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+
+def poincare(world, section: Section, duration: float, integrator=None, *, device=None, threads=None) -> Crossings:
+    """Follow the particles of `world` for `duration` and collect where they pierce `section`.
+
+    A crossing is found on the quintic through position, velocity and acceleration at both ends of a step (error
+    dt^6). Particles move freely: those with a contact law are refused. integrator: `Leapfrog()` unless told.
+    """
+    if not isinstance(section, Section):
+        raise InputError(f"poincare: section is {section!r}; give a fs.Section")
+    refuse_contact(world, "poincare")
+    duration = validate.number("poincare", "duration", duration, above=0.0)
+    simulation = _Sectioned(world, splitting_for("poincare", integrator), device=device, threads=threads)
+    simulation.section = section
+    simulation.advance(duration)
+    return simulation.crossings()
+
+
+def splitting_for(who, integrator) -> Splitting:
+    """`integrator` as the splitting that a study of free motion takes: `Leapfrog()` for None; InputError for others."""
+    integrator = Leapfrog() if integrator is None else integrator
+    if not isinstance(integrator, Splitting):
+        raise InputError(f"{who}: integrator is {integrator!r}; give a splitting such as fs.BlanesMoan6(dt)")
+    return integrator
+
+
+def refuse_contact(world, who):
+    """Raise InputError where a particle may touch something: studies of free motion know no contact."""
+    for index, particles in enumerate(world.particles):
+        if particles.contact is not None:
+            raise InputError(f"{who}: particles of set {index} have contact={particles.contact!r}; give contact=None")
+
+
+class _Sectioned(Simulation):
+    """A simulation of free motion that records crossings of its `section`."""
+
+    section: Section
+
+    def __init__(self, *args, **options):
+        super().__init__(*args, **options)
+        self._found = []
+
+    def _leap(self, steps, start, dt):
+        tables = method_of(self.integrator, dt, self.device)
+        gravity = self._gravity_at(start + dt * moments(steps, self.integrator.nodes))
+        planes = self._planes(start + dt * np.append(steps, steps[-1] + 1))
+        shape = (self._count, len(steps))
+        times = wp.full(shape, np.nan, dtype=wp.float64, device=self.device)
+        x, v = (wp.empty(shape, dtype=wp.vec3d, device=self.device) for _ in range(2))
+        kernel = section_kernel(self._gravity.kinds_used, any(self.integrator.gradients))
+        inputs = [wp.float64(dt), tables, gravity, planes, self.section.direction]
+        launch(
+            kernel,
+            self._count,
+            inputs,
+            [self._state, times, x, v],
+            device=self.device,
+            grain=2,
+            threads=self.threads,
+        )
+        self._keep(times.numpy(), x.numpy(), v.numpy(), start + dt * steps)
+        self._steps_done += len(steps) * self._count
+
+    def _planes(self, times):
+        """The plane at the steps' ends, (n, offset) each: n . x = offset."""
+        poses = [pose_at(self.section.spin or IDENTITY, time) for time in times]
+        normals = np.array([pose.matrix @ self.section.normal for pose in poses])
+        points = np.array([pose.apply(self.section.point) for pose in poses])
+        rows = np.column_stack([normals, np.einsum("ij,ij->i", normals, points)])
+        return wp.array(rows, dtype=wp.vec4d, device=self.device)
+
+    def _keep(self, fractions, x, v, starts):
+        particle, step = np.nonzero(~np.isnan(fractions))
+        times = starts[step] + fractions[particle, step]
+        self._found.append((times, particle, x[particle, step], v[particle, step]))
+
+    def crossings(self) -> Crossings:
+        """What was found so far."""
+        parts = self._found or [(np.zeros(0), np.zeros(0, dtype=int), np.zeros((0, 3)), np.zeros((0, 3)))]
+        times, particles, x, v = (np.concatenate(part) for part in zip(*parts, strict=True))
+        order = np.lexsort((particles, times))
+        times, particles, x, v = times[order], particles[order], x[order], v[order]
+        return Crossings(times, particles, *_turned_back(self.section.spin, times, x, v))
+
+
+def _turned_back(spin, times, x, v):
+    """Positions and velocities of the world's frame, in the frame that turns with `spin`."""
+    if spin is None:
+        return x, v
+    center, omega = np.array(spin.center), spin.rate * np.array(spin.axis)
+    turns = np.array([spin(time).matrix for time in times]).reshape(-1, 3, 3)
+    relative = v - np.cross(omega, x - center)
+    return np.einsum("nji,nj->ni", turns, x - center) + center, np.einsum("nji,nj->ni", turns, relative)
+
+
+@wp.struct
+class Quintic:
+    """A path over one step of length dt: positions, velocities and accelerations at its ends."""
+
+    x0: wp.vec3d
+    v0: wp.vec3d
+    a0: wp.vec3d
+    x1: wp.vec3d
+    v1: wp.vec3d
+    a1: wp.vec3d
+    dt: wp.float64
+
+
+@wp.func
+def quintic_at(q: Quintic, u: wp.float64):
+    """Position and velocity at the fraction u of the step, by quintic Hermite interpolation."""
+    h = q.dt
+    # In powers of u: the Taylor polynomial of the start, and what the end asks for beyond it.
+    x = q.x1 - (q.x0 + h * q.v0 + wp.float64(0.5) * h * h * q.a0)
+    v = h * (q.v1 - q.v0 - h * q.a0)
+    a = h * h * (q.a1 - q.a0)
+    c3 = wp.float64(10.0) * x - wp.float64(4.0) * v + wp.float64(0.5) * a
+    c4 = wp.float64(-15.0) * x + wp.float64(7.0) * v - a
+    c5 = wp.float64(6.0) * x - wp.float64(3.0) * v + wp.float64(0.5) * a
+    t = u * h
+    u2 = u * u
+    position = q.x0 + t * (q.v0 + wp.float64(0.5) * t * q.a0) + (u2 * u) * (c3 + u * (c4 + u * c5))
+    bend = u2 * (wp.float64(3.0) * c3 + u * (wp.float64(4.0) * c4 + u * (wp.float64(5.0) * c5)))
+    return position, q.v0 + t * q.a0 + bend / h
+
+
+@wp.func
+def height(x: wp.vec3d, plane: wp.vec4d):
+    """Signed distance of x from the plane."""
+    return wp.dot(x, wp.vec3d(plane[0], plane[1], plane[2])) - plane[3]
+
+
+@wp.func
+def plane_at(first: wp.vec4d, last: wp.vec4d, u: wp.float64):
+    """The plane at the fraction u of a step, its tables interpolated."""
+    return first + u * (last - first)
+
+
+@wp.func
+def crossing(q: Quintic, first: wp.vec4d, last: wp.vec4d):
+    """The fraction of the step at which the path pierces the plane: a bracket, halved until rounding stops it."""
+    low = wp.float64(0.0)
+    high = wp.float64(1.0)
+    below = height(q.x0, first) < wp.float64(0.0)
+    for _ in range(REFINEMENTS):
+        middle = wp.float64(0.5) * (low + high)
+        if middle <= low or middle >= high:
+            break
+        x, _v = quintic_at(q, middle)
+        if (height(x, plane_at(first, last, middle)) < wp.float64(0.0)) == below:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
+@functools.cache
+def section_kernel(kinds_used, gradients: bool):
+    """Kernel: the steps of a launch, and where they pierced the plane: times since the step's start, x and v.
+
+    times, positions, velocities: (N, steps); the time stays NaN where a step did not pierce it.
+    """
+    advance = advance_of(kinds_used, gradients)
+    field = field_at(kinds_used)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def follow(
+        start: int,
+        dt: wp.float64,
+        method: Method,
+        gravity: Stages,
+        planes: wp.array(dtype=wp.vec4d),
+        direction: int,
+        state: State,
+        times: wp.array2d(dtype=wp.float64),
+        positions: wp.array2d(dtype=wp.vec3d),
+        velocities: wp.array2d(dtype=wp.vec3d),
+    ):
+        i = start + wp.tid()
+        p = particle_at(state, i)
+        for step in range(times.shape[1]):
+            before = p
+            for j in range(method.stages):
+                p = advance(p, part_of(method, j), gravity, step * method.stages + j + 1)
+            above = height(p.x, planes[step + 1]) >= wp.float64(0.0)
+            if above != (height(before.x, planes[step]) >= wp.float64(0.0)) and (
+                direction == 0 or (direction > 0) == above
+            ):
+                _f, a0 = field(before.x, gravity, step * method.stages)
+                _f1, a1 = field(p.x, gravity, (step + 1) * method.stages)
+                q = Quintic(before.x, before.v, a0, p.x, p.v, a1, dt)
+                u = crossing(q, planes[step], planes[step + 1])
+                x, v = quintic_at(q, u)
+                times[i, step] = u * dt
+                positions[i, step] = x
+                velocities[i, step] = v
+        put(state, i, p)
+
+    return follow

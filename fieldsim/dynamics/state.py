@@ -1,0 +1,47 @@
+"""Particles on their way: what kernels of motion read and write."""
+
+from typing import Any
+
+import warp as wp
+
+
+@wp.struct
+class State:
+    """Particles under way, one entry each (N,), world frame.
+
+    x, v: positions and velocities; x_rest, v_rest: what rounding has left out of them so far (compensated summation);
+    a: accelerations at x, kept up by the methods whose last evaluation serves the next step.
+    """
+
+    x: wp.array(dtype=wp.vec3d)
+    v: wp.array(dtype=wp.vec3d)
+    x_rest: wp.array(dtype=wp.vec3d)
+    v_rest: wp.array(dtype=wp.vec3d)
+    a: wp.array(dtype=wp.vec3d)
+
+
+def state_of(positions, velocities, device) -> State:
+    """A `State` of particles at given positions and velocities (N, 3), its accelerations still to be found."""
+    state = State()
+    state.x = wp.array(positions, dtype=wp.vec3d, device=device)
+    state.v = wp.array(velocities, dtype=wp.vec3d, device=device)
+    for name in ("x_rest", "v_rest", "a"):
+        setattr(state, name, wp.zeros(len(positions), dtype=wp.vec3d, device=device))
+    return state
+
+
+@wp.func
+def added(total: Any, rest: Any, step: Any):
+    """`total + step` and its new rest, of vectors or of rows of them.
+
+    Kahan's compensated summation, with which errors grow as the root of the number of steps.
+    """
+    step = step + rest
+    result = total + step
+    return result, step - (result - total)
+
+
+@wp.func
+def drifted(x: Any, x_rest: Any, v: Any, v_rest: Any, kick: Any, drift: wp.float64):
+    """The position x after a drift with v and a kick that v does not yet hold, and its new rest."""
+    return added(x, x_rest, drift * (v + (v_rest + kick)))

@@ -1,0 +1,78 @@
+"""Integrals of powers of 1 / (q^2 + d^2) along a line: what rational kernels on segments are made of."""
+
+import math
+
+from fieldsim.portable import portable, real
+
+HALF_PI = math.pi / 2
+THIRD = 1 / 3
+TWO_THIRDS = 2 / 3
+FIVE_SIXTHS = 5 / 6
+
+
+@portable
+def _sixth_power(u: real):
+    """6 (integral of sin^6 from 0 to an angle up to pi/2) / (sin^6 t), t = tan(angle / 2), for u = t^2 in 0..1.
+
+    (1 + u)^6 times its logarithm is all that is singular here, and at u = -1 only: a polynomial (Chebyshev
+    interpolation in 60 digits) has a relative error of 2.4e-17. Short chains keep the processor's pipes full.
+    """
+    u2 = u * u
+    u4 = u2 * u2
+    a = real(1.7142857142857142) + real(0.9523809523809363) * u
+    b = real(0.25974025974130754) + real(0.019980019952839847) * u
+    c = real(-0.0013320009615797924) + real(0.0002350560095436157) * u
+    d = real(-6.184121347613021e-05) + real(2.0558212962617222e-05) * u
+    e = real(-7.907214725848895e-06) + real(3.2402367984700366e-06) * u
+    f = real(-1.268611609358195e-06) + real(4.1215202816336025e-07) * u
+    g = real(-9.252085993133494e-08) + real(1.0290551292250506e-08) * u
+    return (a + b * u2) + u4 * ((c + d * u2) + u4 * (e + u2 * (f + u2 * g)))
+
+
+@portable
+def inverse_powers(lo: real, length: real, d2: real):
+    """Integrals of h = 1 / (q^2 + d2) and of its powers over q = lo..hi = lo + length, |lo| <= hi.
+
+    Returns (sqrt(h_lo h_hi), h_lo + h_hi, h_hi) from the ends, and the integrals of h, h^2, h^3, h^4, each with a
+    relative error < 5e-15: inf on the line without d2, but not to be asked for at an end of it.
+    With q = d tan(phi) they are integrals of even powers of cos(phi), and these, in the difference t of the two phi's
+    and the product of their cosines, come down to the integrals of sin^2, sin^4, sin^6 from 0 to t: each follows from
+    the next by a sum of positive terms, in which d cancels. No branch: beyond a right angle the supplement is taken.
+    """
+    hi = lo + length
+    lo2 = d2 + lo * lo
+    hi2 = d2 + hi * hi
+    product = math.sqrt(lo2) * math.sqrt(hi2)
+    dot = d2 + lo * hi
+    root = real(1.0) / product
+    turn = length * root
+    cos = dot * root
+    square = turn * turn
+    sin2 = d2 * square
+    # Beyond a right angle the supplement, taken from the half turn's pi / d and so on.
+    reach = length
+    half = real(0.0)
+    if dot < real(0.0):
+        reach = -length
+        half = real(1.0) / d2
+    halving = reach / (product + abs(dot))
+    # Six times the integral of sin^6, five times that of sin^4, ..., without powers of `turn`.
+    beside = turn * cos
+    six = halving * _sixth_power(d2 * halving * halving)
+    five = sin2 * six + beside
+    three = real(0.8) * sin2 * five + beside
+    half_turn = real(HALF_PI) * math.sqrt(half)
+    half_turn3 = half_turn * half
+    half_turn5 = real(0.75) * half_turn3 * half
+    rise = cos + length * turn
+    root2 = root * root
+    return (
+        root,
+        (lo2 + hi2) * root * root,
+        lo2 * root * root,
+        real(2.0) * half_turn + (real(TWO_THIRDS) * sin2 * three + beside),
+        half_turn3 + (real(THIRD) * square * three + root * turn),
+        half_turn5 + (real(0.2) * square * square * five + root2 * turn * rise),
+        real(FIVE_SIXTHS) * half_turn5 * half
+        + (square * square * square * six / real(6.0) + root2 * root * turn * (rise * rise - real(THIRD) * sin2)),
+    )

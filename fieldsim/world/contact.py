@@ -1,0 +1,67 @@
+"""Contact laws: what happens to a particle that meets a surface."""
+
+import dataclasses
+import enum
+
+from fieldsim import validate
+from fieldsim.errors import InputError
+
+
+class Status(enum.IntEnum):
+    """What a particle does: MOVING freely, RESTING (or sliding, or rolling) on a surface, ABSORBED, or ESCAPED."""
+
+    MOVING = 0
+    RESTING = 1
+    ABSORBED = 2
+    ESCAPED = 3
+
+
+@dataclasses.dataclass(frozen=True)
+class Bounce:
+    """Contact law: the particle is a hard sphere that bounces, slides, rolls and comes to rest.
+
+    restitution: the factor (0..1) on the normal velocity, reversed. friction: Coulomb's coefficient mu, of sliding and
+    of sticking: along the surface the ball's velocity relative to the material it touches changes by at most mu times
+    the normal impulse. rolling: whether the ball turns (a solid sphere, inertia 2/5 m r^2); otherwise it is a point
+    mass that friction can bring to rest. The material moves with its body's pose (where bodies melt together, as their
+    mean weighted by their fields); what growth or bending does to it along the surface is not known.
+    """
+
+    restitution: float = 0.6
+    friction: float = 0.0
+    rolling: bool = False
+
+    def __post_init__(self):
+        for name in ("restitution", "friction"):
+            value = validate.number("Bounce", name, getattr(self, name), at_least=0.0)
+            object.__setattr__(self, name, value)
+        if self.restitution > 1.0:
+            raise InputError(f"Bounce: restitution is {self.restitution:g}; give a number in 0..1 (1 keeps the energy)")
+        if self.rolling and self.friction == 0.0:
+            raise InputError("Bounce: rolling without friction; give a friction above 0, such as 0.5")
+
+
+@dataclasses.dataclass(frozen=True)
+class Absorb:
+    """Contact law: the particle stays where it touches the surface, and moves with the material there."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Repulsion:
+    """Contact law without events: a smooth potential of short range that keeps the energy.
+
+    Per unit mass it is stiffness * max(0, 1 + log(F) / reach)^3 with F the surface field at the particle's centre:
+    nothing where log F < -reach, `stiffness` on the surface F = 1, more inside. A particle passes through where its
+    energy tops the potential inside; for the Gaussian of a Material log F there is up to -blobbiness.
+    The steps must resolve it: about 30 to a passage.
+    """
+
+    stiffness: float
+    reach: float = 1.0
+
+    def __post_init__(self):
+        for name in ("stiffness", "reach"):
+            object.__setattr__(self, name, validate.number("Repulsion", name, getattr(self, name), above=0.0))
+
+
+LAWS = (Bounce, Absorb, Repulsion)

@@ -1,0 +1,80 @@
+"""Rigs: hierarchies of bones that carry pieces of a skeleton (forward kinematics)."""
+
+import dataclasses
+
+import numpy as np
+
+from fieldsim import validate
+from fieldsim.errors import InputError
+from fieldsim.potentials.primitive import Primitive
+from fieldsim.world.motion import IDENTITY, Pose, pose_at, value_at
+
+
+@dataclasses.dataclass(frozen=True)
+class Bone:
+    """One frame of a rig, fixed to its parent's frame by a joint.
+
+    parent: the name of another bone, or None: the body's own frame. joint: the Pose of the joint in the parent's frame.
+    motion: how the bone moves about the joint: a Pose, Keyframes of poses, a Spin, or any function of time for one.
+    """
+
+    name: str
+    parent: str | None = None
+    joint: Pose = IDENTITY
+    motion: object = IDENTITY
+
+
+class Rig:
+    """Bones, each after its parent, and the pieces of skeleton that they carry.
+
+        rig = fs.Rig([fs.Bone("thigh", motion=swing), fs.Bone("shin", "thigh", fs.Pose((0, 0, -1)), motion=bend)])
+        leg = fs.Body([rig.carry("thigh", fs.Segment((0, 0, 0), (0, 0, -1))), ...], surface=skin)
+
+    Raises InputError for a bone whose name is taken, or whose parent does not come before it.
+    """
+
+    def __init__(self, bones):
+        self.bones: dict[str, Bone] = {}
+        for bone in bones:
+            if not isinstance(bone, Bone):
+                raise InputError(f"Rig: {bone!r} is no bone; give fs.Bone(name, parent, joint, motion)")
+            if bone.name in self.bones:
+                raise InputError(f"Rig: two bones are called {bone.name!r}; give each a name of its own")
+            if bone.parent is not None and bone.parent not in self.bones:
+                raise InputError(f"Rig: bone {bone.name!r} hangs on {bone.parent!r}, which is {self._missing()}")
+            self.bones[bone.name] = bone
+        self._time, self._poses = None, {}
+
+    def _missing(self):
+        return "not among the bones before it: " + (", ".join(self.bones) or "there are none")
+
+    def pose(self, name: str, time: float) -> Pose:
+        """The pose of a bone's frame in the body's frame at `time`."""
+        if name not in self.bones:
+            raise InputError(f"Rig: no bone is called {name!r}; there are {', '.join(self.bones)}")
+        if time != self._time:
+            self._time, self._poses = time, {}
+        if name not in self._poses:
+            bone = self.bones[name]
+            pose = bone.joint @ pose_at(bone.motion, time)
+            self._poses[name] = pose if bone.parent is None else self.pose(bone.parent, time) @ pose
+        return self._poses[name]
+
+    def carry(self, name: str, primitive: Primitive) -> Primitive:
+        """`primitive`, given in the frame of a bone, as an animated primitive in the body's frame."""
+        self.pose(name, 0.0)
+        if not isinstance(primitive, Primitive):
+            raise InputError(f"Rig.carry: {primitive!r} is no primitive; give e.g. a fs.Segment in the bone's frame")
+        fields = {key: self._moved(name, getattr(primitive, key)) for key in primitive.points}
+        fields |= {key: self._turned(name, getattr(primitive, key)) for key in primitive.directions}
+        return dataclasses.replace(primitive, **fields)
+
+    def _moved(self, name, point):
+        return lambda time: tuple(self.pose(name, time).apply(value_at(point, time)).tolist())
+
+    def _turned(self, name, direction):
+        def turned(time):
+            vector = validate.vector("Rig", "direction", value_at(direction, time))
+            return tuple((self.pose(name, time).matrix @ np.array(vector)).tolist())
+
+        return turned

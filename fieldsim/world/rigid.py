@@ -1,0 +1,84 @@
+"""Rigid: the motion of a body that forces move."""
+
+import dataclasses
+import warnings
+
+import numpy as np
+
+from fieldsim import validate
+from fieldsim.errors import FieldsimWarning, InputError
+from fieldsim.world.motion import Pose
+
+INERTIAS = ("skeleton", "solid")
+
+
+@dataclasses.dataclass(frozen=True)
+class Rigid(Pose):
+    """A pose at the start, and free motion from there: `Body(..., motion=Rigid(...))` is moved by the simulation.
+
+    position, rotation: the pose at the start, as of any `Pose`. velocity: of the centre of mass, angular_velocity
+    (radians per unit of time): both in the world's frame.
+    inertia: "skeleton": the mass lies on the skeleton; "solid": it fills the body's surface evenly; or a matrix (3, 3)
+    about the centre of mass, in the body's frame. mass: resists acceleration, the body's own unless told. center: the
+    centre of mass in the body's frame, the skeleton's or the solid's unless told.
+    stiffness: energy per area of contacts (see `fieldsim.dynamics.rigid_contact`); unless told, such that the hardest
+    hit that the energy of all bodies at the start allows presses two surfaces into each other by a tenth of the radius.
+
+    A point, or a straight line, has no inertia about itself, and nothing there turns it: a point moves as a particle,
+    a line does not spin about itself. Raises InputError for a mass that is not above 0 and for a matrix that is not
+    symmetric and positive definite; warns of a quaternion whose length is off 1 by more than 1e-6.
+    """
+
+    velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    angular_velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    inertia: object = "skeleton"
+    mass: float | None = None
+    center: tuple[float, float, float] | None = None
+    stiffness: float | None = None
+
+    def __post_init__(self):
+        given = self.rotation
+        super().__post_init__()
+        _warn_of_length(given)
+        for name in ("velocity", "angular_velocity"):
+            object.__setattr__(self, name, validate.vector("Rigid", name, getattr(self, name)))
+        if self.center is not None:
+            object.__setattr__(self, "center", validate.vector("Rigid", "center", self.center))
+        for name in ("mass", "stiffness"):
+            if getattr(self, name) is not None:
+                value = validate.number("Rigid", name, getattr(self, name), above=0.0)
+                object.__setattr__(self, name, value)
+        if not (isinstance(self.inertia, str) and self.inertia in INERTIAS):
+            object.__setattr__(self, "inertia", _matrix(self.inertia))
+
+
+def _warn_of_length(rotation):
+    length = float(np.linalg.norm(np.asarray(rotation, dtype=float)))
+    if abs(length - 1.0) > 1e-6:
+        warnings.warn(
+            f"Rigid: rotation {tuple(rotation)!r} has length {length:.9g} and was normalised; give a unit quaternion "
+            "(w, x, y, z)",
+            FieldsimWarning,
+            stacklevel=4,
+        )
+
+
+def _matrix(inertia):
+    """A checked inertia tensor, as rows of floats."""
+    what = "give 'skeleton', 'solid' or a symmetric, positive definite matrix (3, 3)"
+    try:
+        matrix = np.array(inertia, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"Rigid: inertia is {inertia!r}; {what}") from None
+    if matrix.shape != (3, 3) or not np.isfinite(matrix).all():
+        raise InputError(f"Rigid: inertia is {inertia!r}; {what}")
+    if not np.allclose(matrix, matrix.T, rtol=1e-9, atol=1e-12 * np.abs(matrix).max()):
+        raise InputError(f"Rigid: inertia is {matrix.tolist()}, which is not symmetric; {what}")
+    moments = np.linalg.eigvalsh(matrix)
+    if not moments[0] > 0.0:
+        raise InputError(f"Rigid: inertia has the principal moments {moments.tolist()}, not all above 0; {what}")
+    if moments[2] > (moments[0] + moments[1]) * (1.0 + 1e-9):
+        raise InputError(
+            f"Rigid: inertia has the principal moments {moments.tolist()}; no body has one above the sum of the others"
+        )
+    return tuple(tuple(row) for row in matrix.tolist())

@@ -1,0 +1,101 @@
+"""Particles that pull each other: two-body orbits, what a cluster keeps, order, and what is refused."""
+
+import math
+
+import numpy as np
+import pytest
+import warp as wp
+
+import fieldsim as fs
+from fieldsim.dynamics.mutual import drift_kernel, kick_kernel
+
+LAW = fs.Newtonian(softening=0.05)
+
+
+def cluster(count=12):
+    rng = np.random.default_rng(4)
+    world = fs.World()
+    world.add_body(fs.Body(fs.Segment((-1, 0, 0), (1, 0, 0)), gravity=fs.Newtonian(0.2), mass=0.5))
+    world.add_particles(rng.normal(size=(count, 3)), 0.3 * rng.normal(size=(count, 3)), gravity=LAW, mass=0.1)
+    return world
+
+
+def energy(simulation):
+    """Of all particles, of mass 0.1 each."""
+    own = fs.energy(simulation.snapshot()).total.sum()
+    return 0.1 * (own + 0.5 * simulation._mutual.potential_energies(simulation.positions[0]).sum())
+
+
+def test_two_particles_circle_each_other():
+    world = fs.World()
+    speed = math.sqrt(1.5 / 2.0)  # of the pair with masses 1 and 0.5, 2 apart: v^2 = G M / r
+    world.add_particles([(0, 0, 0)], [(0, -speed / 3, 0)], gravity=fs.Newtonian(), mass=1.0)
+    world.add_particles([(2, 0, 0)], [(0, 2 * speed / 3, 0)], gravity=fs.Newtonian(), mass=0.5)
+    period = 2 * math.pi * 2.0 / speed
+    simulation = fs.Simulation(world, fs.Leapfrog(period / 4000))
+    simulation.advance(period)
+    # Leapfrog's error is of second order in 2 pi / 4000: 2.5e-6, times the turn by 2 pi.
+    np.testing.assert_allclose(np.concatenate(simulation.positions), [(0, 0, 0), (2, 0, 0)], atol=2e-5)
+
+
+def test_momentum_is_kept_and_energy_swings_with_dt_squared():
+    swings = []
+    for dt in (4e-3, 2e-3, 1e-3):
+        simulation = fs.Simulation(cluster(), fs.Leapfrog(dt))
+        start, drift = energy(simulation), 0.0
+        for time in np.arange(0.1, 1.05, 0.1):
+            simulation.advance(time)
+            drift = max(drift, abs(energy(simulation) - start))
+        swings.append(drift)
+    np.testing.assert_allclose(np.log2(np.divide(swings[:-1], swings[1:])), 2.0, atol=0.2)
+    alone = cluster()
+    alone.bodies.clear()
+    simulation = fs.Simulation(alone, fs.Leapfrog(2e-3))
+    before = simulation.velocities[0].sum(axis=0)
+    simulation.advance(2.0)
+    np.testing.assert_allclose(simulation.velocities[0].sum(axis=0), before, atol=1e-13)
+
+
+def test_test_particles_feel_those_that_pull_and_not_each_other():
+    world = fs.World()
+    world.add_particles([(0, 0, 0)], [(0, 0, 0)], gravity=LAW, mass=1.0)
+    world.add_particles([(1, 0, 0), (1, 1e-3, 0)], [(0, 1, 0), (0, 1, 0)])
+    simulation = fs.Simulation(world, fs.Leapfrog(1e-2))
+    simulation.advance(1.0)
+    np.testing.assert_array_equal(simulation.positions[0], 0.0)
+    fixed = fs.World()
+    fixed.add_body(fs.Body(fs.Point((0, 0, 0)), gravity=LAW))
+    fixed.add_particles(world.particles[1].positions, world.particles[1].velocities)
+    other = fs.Simulation(fixed, fs.Leapfrog(1e-2))
+    other.advance(1.0)
+    np.testing.assert_allclose(simulation.positions[1], other.positions[0], atol=1e-13)
+
+
+def test_threads_do_not_change_a_byte():
+    ends = []
+    for threads in (1, 2):
+        simulation = fs.Simulation(cluster(64), fs.Leapfrog(1e-2), threads=threads)
+        simulation.advance(0.2)
+        ends.append(simulation.positions[0].tobytes())
+    assert ends[0] == ends[1]
+
+
+def test_what_does_not_go_together_is_refused():
+    world = cluster()
+    world.add_particles([(3, 3, 3)], [(0, 0, 0)], gravity=fs.Cauchy())
+    with pytest.raises(fs.InputError, match="different kernels"):
+        fs.Simulation(world)
+    world = cluster()
+    world.add_particles([(3, 3, 3)], [(0, 0, 0)], contact=fs.Bounce(0.5))
+    with pytest.raises(fs.InputError, match="both pull each other and collide"):
+        fs.Simulation(world)
+    with pytest.raises(fs.InputError, match="Particles: gravity is 1"):
+        world.add_particles([(0, 0, 0)], [(0, 0, 0)], gravity=1)
+
+
+def test_kernels_compile_for_cuda(tmp_path):
+    kinds = fs.Simulation(cluster())._gravity.kinds_used
+    for index, kernel in enumerate((kick_kernel(kinds, fs.Newtonian), drift_kernel)):
+        folder = tmp_path / str(index)
+        wp.compile_aot_module(kernel.module, arch=90, use_ptx=True, module_dir=str(folder))
+        assert list(folder.glob("*.ptx"))

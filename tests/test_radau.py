@@ -1,0 +1,240 @@
+"""Adaptive Gauss-Radau: what it keeps, where it is when asked, and what moves meanwhile."""
+
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from fieldsim.dynamics import radau_tables
+from fieldsim.dynamics.diagnostics import energy, jacobi
+from fieldsim.dynamics.integrators import Leapfrog
+from fieldsim.dynamics.radau import Radau
+from fieldsim.dynamics.simulation import Simulation
+from fieldsim.errors import FieldsimError, InputError
+from fieldsim.potentials.circle import Circle
+from fieldsim.potentials.kernels import Metaball, Newtonian
+from fieldsim.potentials.point import Point
+from fieldsim.potentials.segment import Segment
+from fieldsim.world.body import Body, Bounce
+from fieldsim.world.motion import Keyframes, Pose, Spin
+from fieldsim.world.world import World
+
+STAR = Point((0, 0, 0))
+BAR = Segment((-1, 0, 0), (1, 0, 0))
+RING = Circle((0, 0, 0), (0, 0, 1), 1.0)
+TURN = Spin(axis=(0, 0, 1), rate=0.3)
+STILL = Pose()
+
+
+def simulation(skeleton, positions, velocities, *, motion=STILL, kernel=None, integrator=None, threads=1):
+    world = World()
+    world.add_body(Body(skeleton, gravity=kernel or Newtonian(), mass=1.0, motion=motion))
+    world.add_particles(positions, velocities)
+    return Simulation(world, integrator or Radau(), threads=threads)
+
+
+def comets(eccentricity, count=8):
+    """Kepler orbits of semi-major axis 1 about a mass of 1, from their pericentres: (positions, velocities, frames).
+
+    frames: unit vectors towards the pericentre and along the velocity there.
+    """
+    rng = np.random.default_rng(1)
+    toward = rng.normal(size=(count, 3))
+    toward /= np.linalg.norm(toward, axis=1)[:, None]
+    ahead = np.cross(toward, rng.normal(size=(count, 3)))
+    ahead /= np.linalg.norm(ahead, axis=1)[:, None]
+    e = eccentricity
+    return (1 - e) * toward, math.sqrt((1 + e) / (1 - e)) * ahead, (toward, ahead)
+
+
+def kepler(eccentricity, frames, time):
+    """Where `comets` are at a time."""
+    anomaly = time
+    for _ in range(60):
+        anomaly -= (anomaly - eccentricity * math.sin(anomaly) - time) / (1 - eccentricity * math.cos(anomaly))
+    toward, ahead = frames
+    side = math.sqrt(1 - eccentricity**2)
+    return (math.cos(anomaly) - eccentricity) * toward + side * math.sin(anomaly) * ahead
+
+
+def orbits(count=8):
+    """Inclined, mildly eccentric orbits at 2 to 3.5."""
+    rng = np.random.default_rng(0)
+    x = rng.normal(size=(count, 3))
+    x /= np.linalg.norm(x, axis=1)[:, None]
+    across = np.cross(x, rng.normal(size=(count, 3)))
+    across /= np.linalg.norm(across, axis=1)[:, None]
+    radius = rng.uniform(2.0, 3.5, count)[:, None]
+    return radius * x, rng.uniform(0.85, 1.1, (count, 1)) * across / np.sqrt(radius)
+
+
+def test_weights_are_exact_for_polynomials_of_degree_14():
+    nodes = radau_tables.NODES[1:]
+    single = [Fraction(w) + Fraction(rest) for w, rest in zip(radau_tables.SPEED, radau_tables.SPEED_REST, strict=True)]
+    for degree in range(1, 15):
+        speed = sum(w * s**degree for w, s in zip(single, nodes, strict=True))
+        # Degrees above 7 owe their exactness to the nodes, which are rounded to 2^-54.
+        assert abs(speed - Fraction(1, degree + 1)) < (1e-32 if degree <= 7 else 1e-15)
+    for degree in range(1, 14):
+        way = sum(Fraction(w) * s**degree for w, s in zip(radau_tables.WAY, nodes, strict=True))
+        assert abs(way - Fraction(1, (degree + 1) * (degree + 2))) < 1e-15
+
+
+def test_a_comet_keeps_its_energy_to_rounding_over_fifty_orbits():
+    x, v, _ = comets(0.9)
+    run = simulation(STAR, x, v)
+    drifts = []
+    for turn in range(1, 51):
+        run.advance(2 * math.pi * turn * 0.9997)
+        kinetic = 0.5 * np.einsum("ij,ij->i", run.velocities[0], run.velocities[0])
+        drifts.append(np.abs((kinetic - 1 / np.linalg.norm(run.positions[0], axis=1)) / -0.5 - 1).max())
+    # 5000 steps, each rounding kinetic energies of up to 19 in an energy of 1/2 at 1e-16: a walk of 1e-14 or less.
+    assert max(drifts) < 3e-14
+    assert run.steps_done < 8 * 50 * 110
+
+
+def test_positions_between_steps_are_as_good_as_at_their_ends():
+    x, v, frames = comets(0.5)
+    run = simulation(STAR, x, v)
+    for time in np.linspace(0.0, 7.0, 61)[1:]:
+        run.advance(time)
+        # An orbit's phase feels rounding at each of some 60 steps.
+        np.testing.assert_allclose(run.positions[0], kepler(0.5, frames, time), rtol=0, atol=2e-14)
+    begin, end = run.radau.span
+    assert (begin <= 7.0).all()
+    assert (end >= 7.0).all()
+    middle = 0.5 * (begin + end)
+    at, _ = run.radau.at(middle)
+    expected = [kepler(0.5, (frames[0][i], frames[1][i]), t) for i, t in enumerate(middle)]
+    np.testing.assert_allclose(at, expected, rtol=0, atol=2e-14)
+
+
+def test_single_steps_go_on_from_each_other():
+    x, v, _ = comets(0.5)
+    run = simulation(STAR, x, v)
+    before = run.radau.span[1]
+    for _ in range(5):
+        run.radau.step()
+        begin, end = run.radau.span
+        np.testing.assert_array_equal(begin, before)
+        assert (end > begin).all()
+        before = end
+
+
+def test_a_close_passage_that_leapfrog_fails():
+    x, v, _ = comets(0.9999, 2)
+    run = simulation(STAR, x, v)
+    run.advance(4 * math.pi * 0.9)
+    per_particle = run.radau.evaluations / 2
+    plain = simulation(STAR, x, v, integrator=Leapfrog(4 * math.pi * 0.9 / per_particle))
+    plain.advance(4 * math.pi * 0.9)
+    drift = [np.abs(energy(r.snapshot()).total / -0.5 - 1).max() for r in (run, plain)]
+    # Rounding of speeds of 141 near the pericentre, 1e-16 * 141^2 / 2 each.
+    assert drift[0] < 1e-10
+    assert drift[1] > 1e-1
+
+
+def test_a_spinning_cigar_keeps_the_jacobi_integral():
+    run = simulation(BAR, *orbits(), motion=TURN)
+    start = jacobi(run.snapshot(), TURN)
+    for time in (1.0, 17.0, 40.0, 100.0):
+        run.advance(time)
+        np.testing.assert_allclose(jacobi(run.snapshot(), TURN), start, rtol=0, atol=1e-14)
+
+
+def test_cutting_a_run_anywhere_changes_nothing():
+    whole, cut = (simulation(BAR, *orbits(40), motion=TURN, threads=threads) for threads in (1, 2))
+    whole.advance(30.0)
+    for time in (0.001, 0.002, 3.0, 3.0, 16.5, 29.0, 30.0):
+        cut.advance(time)
+    np.testing.assert_array_equal(cut.positions[0], whole.positions[0])
+    np.testing.assert_array_equal(cut.velocities[0], whole.velocities[0])
+    assert cut.steps_done == whole.steps_done
+
+
+def test_many_particles_share_rows_in_batches(monkeypatch):
+    whole = simulation(BAR, *orbits(), motion=TURN)
+    monkeypatch.setattr("fieldsim.dynamics.radau.SCRATCH_ROWS", 24)  # three at a time
+    parts = simulation(BAR, *orbits(), motion=TURN)
+    for run in (whole, parts):
+        run.advance(5.0)
+    np.testing.assert_array_equal(parts.positions[0], whole.positions[0])
+
+
+def test_kinks_in_keyframes_are_found_named_or_not():
+    curve = Keyframes([0, 1, 2.5, 4], [(0, 0, 0), (0.3, 0, 0.1), (0, 0.5, 0), (-0.2, 0, 0)])
+    loop = Keyframes([0, 1, 2.5, 4], [(0, 0, 0), (0.3, 0, 0.1), (0, 0.5, 0), (0, 0, 0)], loop=True)
+    for motion in (curve, loop):
+        named, hidden = (simulation(BAR, *orbits(), motion=m) for m in (motion, lambda t, m=motion: tuple(m(t))))
+        for run in (named, hidden):
+            run.advance(9.0)
+        np.testing.assert_allclose(hidden.positions[0], named.positions[0], rtol=0, atol=1e-13)
+
+
+def test_a_jump_is_passed():
+    run = simulation(BAR, *orbits(), motion=lambda t: (0.0, 0.0, 0.0) if t < 1.25 else (1.0, 0.0, 0.0))
+    before = simulation(BAR, *orbits())
+    for r in (run, before):
+        r.advance(1.25)
+    np.testing.assert_allclose(run.positions[0], before.positions[0], rtol=0, atol=1e-9)
+    after = simulation(BAR, before.positions[0] - (1.0, 0, 0), before.velocities[0])
+    run.advance(3.25)
+    after.advance(2.0)
+    # The window that holds the jump is 1e-9 long.
+    np.testing.assert_allclose(run.positions[0] - (1.0, 0, 0), after.positions[0], rtol=0, atol=1e-8)
+
+
+def test_a_fall_into_a_bare_point_ends_with_a_clear_error():
+    run = simulation(STAR, [[1.0, 0.5, 0.0], [3.0, 0.0, 0.0]], [[0.0, 0.0, 0.0], [0.0, 0.5, 0.0]])
+    with pytest.raises(FieldsimError, match=r"particle 0 of set 0 .* \(1 such particles\); soften"):
+        run.advance(10.0)
+    assert run.steps_done < 1000
+    np.testing.assert_array_equal(np.isnan(run.positions[0]).any(axis=1), [True, False])
+
+
+def test_swinging_through_a_ring_where_its_pull_passes_zero():
+    x = np.array([[0, 0, 0.5], [0, 0, 0], [0, 0, 1e-12]])
+    run = simulation(RING, x, np.zeros((3, 3)))
+    start = energy(run.snapshot()).total
+    reached = []
+    for time in np.linspace(0.0, 40.0, 41)[1:]:
+        run.advance(time)
+        reached.append(run.positions[0][:, 2])
+    # Each step rounds an energy of order 1; there are some 500.
+    np.testing.assert_allclose(energy(run.snapshot()).total, start, rtol=0, atol=5e-15)
+    assert np.min(reached, axis=0)[0] < -0.49
+    np.testing.assert_array_equal(np.array(reached)[:, 1], 0.0)
+    # Near the centre the ring pulls like a spring of angular frequency 1; the start is 1e4 roundings away from it.
+    np.testing.assert_allclose(np.array(reached)[:, 2], 1e-12 * np.cos(np.linspace(1, 40, 40)), rtol=0, atol=1e-15)
+
+
+def test_nothing_of_short_reach_is_leapt_over():
+    run = simulation(STAR, [[-50.0, 0.1, 0.0]], [[5.0, 0.0, 0.0]], kernel=Metaball(0.5))
+    start = energy(run.snapshot()).total
+    run.advance(20.0)
+    assert run.positions[0][0, 0] > 45
+    assert abs(run.velocities[0][0, 1]) > 0.05
+    # Its second derivative jumps on two spheres, where the order is lost.
+    np.testing.assert_allclose(energy(run.snapshot()).total, start, rtol=1e-8)
+
+
+@pytest.mark.parametrize("tolerance", [0.0, -1e-9, math.nan, 0.1, "fine"])
+def test_tolerances_that_make_no_sense_are_refused(tolerance):
+    with pytest.raises(InputError, match="Radau: tolerance is"):
+        Radau(tolerance)
+
+
+def test_contact_is_refused():
+    world = World()
+    world.add_particles([[0.0, 0.0, 0.0]], [[0.0, 0.0, 0.0]], contact=Bounce(0.5))
+    with pytest.raises(InputError, match=r"set 0 have contact Bounce\(restitution=0.5\), which Radau does not know"):
+        Simulation(world, Radau())
+
+
+def test_an_empty_world_is_left_by_straight_lines():
+    world = World()
+    world.add_particles([[1.0, 2.0, 3.0], [0.0, 0.0, 0.0]], [[1.0, 0.0, -1.0], [0.0, 0.0, 0.0]])
+    run = Simulation(world, Radau(), threads=1)
+    run.advance(1e6)
+    np.testing.assert_array_equal(run.positions[0], [[1e6 + 1, 2, 3 - 1e6], [0, 0, 0]])

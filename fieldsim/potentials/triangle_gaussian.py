@@ -16,9 +16,9 @@ from fieldsim.potentials.segment import gaussian_segment
 from fieldsim.potentials.triangle import Triangle
 from fieldsim.potentials.triangle_edges import cell
 
-# In units of 1/a: farther outside than this the angles, which sum up to nothing, are left out (of thin triangles they
-# would leave little); so near, what is left without them varies, and edges take 24 nodes up to the other distance.
-# Edges shorter than this, on which the exponent falls by less than that, take twelve nodes elsewhere.
+# In units of 1/a: farther outside than OUTSIDE the angles are left out, which sum up to nothing and would drown what is
+# left of thin triangles. Edges shorter than SHORT, on which the exponent falls by less than FALL, take twelve nodes, but
+# up to NEAR outside, where the angles' poles are too close, 24.
 OUTSIDE = 1.0
 NEAR = 2.2
 SHORT = 2.1

@@ -196,10 +196,7 @@ def cauchy_point(r2: real, s: real, fold: real):
 @portable
 def cauchy_far(away: real, size: real, s: real):
     """Points a side once distance or width exceeds FAR_CAUCHY sizes."""
-    sizes2 = (away + real(1.0) / (s * s)) / (size * size)
-    if sizes2 > real(FAR_CAUCHY) * real(FAR_CAUCHY):
-        return points_a_side(sizes2)
-    return 0
+    return points_a_side((away + real(1.0) / (s * s)) / (size * size), real(FAR_CAUCHY))
 
 
 # Inverse square: half the integral of log(1 + (d^2 + t^2) / w^2) over the angle atan(t / d), Clausen's integrals.
@@ -320,10 +317,7 @@ def inverse_square_total(
 @portable
 def inverse_square_far(away: real, size: real, softening: real):
     """Points a side once distance or softening exceeds FAR_INVERSE sizes, from where 36 lose no more than edges do."""
-    sizes2 = (away + softening * softening) / (size * size)
-    if sizes2 > real(FAR_INVERSE) * real(FAR_INVERSE):
-        return points_a_side(sizes2)
-    return 0
+    return points_a_side((away + softening * softening) / (size * size), real(FAR_INVERSE))
 
 
 @portable

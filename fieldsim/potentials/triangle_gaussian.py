@@ -17,8 +17,8 @@ from fieldsim.potentials.triangle import Triangle
 from fieldsim.potentials.triangle_edges import cell
 
 # In units of 1/a: farther outside than OUTSIDE the angles are left out, which sum up to nothing and would drown what is
-# left of thin triangles. Edges shorter than SHORT, on which the exponent falls by less than FALL, take twelve nodes, but
-# up to NEAR outside, where the angles' poles are too close, 24.
+# left of thin triangles. Edges shorter than SHORT, on which the exponent falls by less than FALL, take twelve nodes;
+# up to NEAR outside, where the poles of the angles are too close for that, 24.
 OUTSIDE = 1.0
 NEAR = 2.2
 SHORT = 2.1

@@ -19,6 +19,7 @@ KERNELS = [
     *(Cauchy(0.05), Cauchy(2.0), Cauchy(10.0), Gaussian(0.1), Gaussian(2.0), Gaussian(15.0)),
     *(Metaball(0.4), Metaball(2.5), SoftObject(0.4), SoftObject(2.5), Quartic(0.4), Quartic(2.5)),
 ]
+NEEDLED = [*(Newtonian(), InverseSquare(), Cauchy(2.0), Gaussian(2.0)), *(Metaball(2.5), SoftObject(2.5), Quartic(2.5))]
 CORNERS = np.array([(0.3, -0.2, 0.5), (1.4, 0.1, -0.3), (0.2, 1.1, 0.4)])
 
 
@@ -76,6 +77,45 @@ def test_hard_places(kernel):
                 error = float(mp.norm(mp.matrix(got[i].tolist()) - want) if power else abs(got[i] - want))
                 accepted = 1e-12 * float(mp.norm(want) if power else abs(want)) + 2e-15 * floor / width**power
                 assert error <= accepted + 1e-300, (name, power)
+
+
+@pytest.mark.parametrize("aspect", [1e3, 1e6])
+@pytest.mark.parametrize("kernel", NEEDLED, ids=str)
+def test_needles(kernel, aspect):
+    along, across = np.array([0.5, 0.75, -0.25]), np.array([-0.5, 0.25, 0.625])
+    above = np.cross(along, across)
+    start = np.array([0.25, -0.375, 0.5])
+    end = start + along
+    corners = np.array([start, end, end + across / aspect])
+    points = [
+        *(start - 0.4 * along + 0.02 * above, end + 0.9 * along - 0.8 * across, start + 0.5 * along + 1.2 * across),
+        *(end + 0.6 * along - 0.1 * across, start + 0.5 * along + 0.1 * above, start + 0.3 * along - 0.4 * across),
+        *(end - 1e-3 * along + 0.3 * across / aspect + 1e-3 * above, start + 2.0 * above),
+    ]
+    triangle = Triangle(*corners)
+    jet = jets.evaluate("warp64", (type(kernel), Triangle), points, [jets.row(kernel, triangle)] * len(points))
+    floor, width = jets.scale(kernel, triangle.measure)
+    for i, point in enumerate(points):
+        with mp.workdps(40):
+            expected = triangle_oracle.exact(kernel, corners, point)
+            for power, (got, want) in enumerate(zip(jet, expected, strict=True)):
+                error = float(mp.norm(mp.matrix(got[i].tolist()) - want) if power else abs(got[i] - want))
+                # The long edges' terms differ by as little as they are apart: a rounding costs so many times itself.
+                accepted = 1e-14 * aspect * (float(mp.norm(want) if power else abs(want)) + 2e-3 * floor / width**power)
+                assert error <= accepted, (i, power)
+
+
+@pytest.mark.parametrize("kernel", [Quartic(0.9), SoftObject(0.9), Metaball(0.9)], ids=str)
+def test_single_precision_at_a_corner(kernel):
+    """The feet lie outside by rounding, as far from one edge as from the other; and R is the height."""
+    corners = np.array([(-0.5, -0.25, 0.0), (0.5, -0.25, 0.0), (0.0, 0.65, 0.0)])
+    points = np.array([(1.555586e-08, 0.65, -1.2927e-08), (3.469352e-09, 0.65, 2.4275e-10), (0.0, 0.65, 0.0)])
+    points, row = (a.astype(np.float32).astype(float) for a in (points, jets.row(kernel, Triangle(*corners))))
+    expected, jet = (
+        jets.evaluate(target, (type(kernel), Triangle), points, [row] * len(points)) for target in ("warp64", "warp32")
+    )
+    scale = norms(expected) + np.array([[1.0], [1.0], [1.0]])
+    assert (differences(jet, expected) <= 5e-6 * scale).all()
 
 
 @pytest.mark.parametrize("kernel", KERNELS, ids=str)

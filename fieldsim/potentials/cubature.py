@@ -2,6 +2,8 @@
 
 from fieldsim.portable import portable, real
 
+# In single precision 16 points do from so many sizes, from where the closed forms lose more by cancelling.
+FAR_SINGLE = 3.0
 # Beyond so many sizes (squared) 16 points do, and beyond so many 4.
 FEWER = 24.0**2
 FEWEST = 1500.0**2
@@ -80,13 +82,19 @@ def _radius_2(k: int):
 
 
 @portable
-def points_a_side(sizes2: real):
-    """How many points a side `far_away` takes from a squared distance of `sizes2` squared sizes, of 6 or more."""
+def points_a_side(sizes2: real, far: real):
+    """How many points a side `far_away` takes at a squared distance of `sizes2` squared sizes; 0 nearer than `far`."""
     if sizes2 > real(FEWEST):
         return 2
+    if real(1.0) + real(1e-10) == real(1.0):
+        if sizes2 > real(FAR_SINGLE) * real(FAR_SINGLE):
+            return 4
+        return 0
     if sizes2 > real(FEWER):
         return 4
-    return 6
+    if sizes2 > far * far:
+        return 6
+    return 0
 
 
 @portable

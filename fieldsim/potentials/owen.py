@@ -38,7 +38,7 @@ def _pair(node: real, weight: real, half: real, start: real, x2: real):
 def tail(x: real, start: real, width: real):
     """exp(start^2) times the integrals from start to start + width of exp(-t^2) and exp(-t^2) x / (x^2 + t^2) dt.
 
-    Relative error < 1e-13 for start >= BEYOND, and for start = 0 and width <= x.
+    Relative error < 1e-13 for start >= BEYOND, for start = 0 and width <= x, and farther than 1 from 0 for width < 2.1.
     """
     reach = min(width, real(CUT) / (start + math.sqrt(start * start + real(CUT))))
     half = real(0.5) * reach

@@ -25,7 +25,6 @@ from fieldsim.potentials.arctangent import angle_of, turned
 from fieldsim.potentials.primitive import Primitive
 
 FAR = 6.0
-FAR_SINGLE = 4.0
 THIRD = 1 / 3
 TWO_PI = 2 * math.pi
 # Closer than this many sizes to the plane or a line, and farther than the root of AT_CORNER from a corner, with care.
@@ -120,6 +119,16 @@ def _distance(px: real, py: real, qx: real, qy: real):
 
 
 @portable
+def _beside(px: real, py: real, qx: real, qy: real, d: real, otherwise: real):
+    """The origin's distance from the edge p..q where it lies beside that, outside; else `otherwise`."""
+    ux = qx - px
+    uy = qy - py
+    if max(d, max(px * ux + py * uy, -(qx * ux + qy * uy))) < real(0.0):
+        otherwise = -d
+    return otherwise
+
+
+@portable
 def near_by(
     ax: real,
     ay: real,
@@ -134,9 +143,15 @@ def near_by(
     k: real,
     fold: real,
 ):
-    """Jet in the triangle's frame from closed forms; corners and distances as seen from the perpendicular's foot."""
-    # How far outside the foot lies at least; negative inside.
-    outside = -min(d_ab, min(d_bc, d_ca))
+    """Jet in the triangle's frame from closed forms; corners (a the nearest) and distances as seen from the foot."""
+    # How far outside the foot lies; not positive inside.
+    outside = math.sqrt(ax * ax + ay * ay)
+    outside = _beside(ax, ay, bx, by, d_ab, outside)
+    outside = _beside(bx, by, cx, cy, d_bc, outside)
+    outside = _beside(cx, cy, ax, ay, d_ca, outside)
+    inside = min(d_ab, min(d_bc, d_ca))
+    if inside >= real(0.0):
+        outside = -inside
     fx = real(0.0)
     fy = real(0.0)
     fxx = real(0.0)

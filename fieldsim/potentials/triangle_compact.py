@@ -101,7 +101,7 @@ def polynomial_edge(d: real, lo: real, length: real, z: real, radius: real, fold
         real(0.5) * d * (f_a + f_b + f_c + f_d),
         real(0.5) * d * (g_a + g_b + g_c + g_d),
         real(0.5) * d * (h_a + h_b + h_c + h_d),
-        real(0.0),
+        end - start,
         cos,
         sin,
         real(1.0),
@@ -129,7 +129,7 @@ def polynomial_total(
     """(F, F_z, F_zz); exactly 0 where the disc misses the triangle."""
     r2 = radius * radius
     y0 = (radius - z) * (radius + z) / r2
-    if y0 <= real(0.0) or (outside > real(0.0) and q_3 == real(0.0)):
+    if y0 <= real(0.0) or (outside > real(0.0) and q_4 == real(0.0)):
         return real(0.0), real(0.0), real(0.0)
     turn = real(0.5) * r2 * angle_1
     f = q_1 + turn * (real(c2) * real(THIRD) + real(0.25) * real(c3) * y0) * y0 * y0 * y0  # noqa: F821 - bound below

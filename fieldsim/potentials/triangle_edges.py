@@ -2,8 +2,8 @@
 
 `edge(d, lo, length, z, k, fold, outside)` takes the signed distance d of the foot of the perpendicular to the edge's
 line (positive inside), the edge's range lo..lo + length along it, counted outward from its nearer end, the height z,
-and how far outside the triangle the foot lies at least (negative inside). It returns the segment's (F, F_lo, F_(rho^2))
-and four terms to be summed over the edges; `total` makes (F, F_z, F_zz) of the sums and the trace of the in-plane
+and how far outside the triangle the foot lies (not positive inside). It returns the segment's (F, F_lo, F_(rho^2)) and
+four terms to be summed over the edges; `total` makes (F, F_z, F_zz) of the sums and the trace of the in-plane
 Hessian.
 """
 
@@ -14,7 +14,7 @@ from fieldsim.potentials.cells import register
 from fieldsim.potentials.cubature import far_away, points_a_side
 from fieldsim.potentials.kernels import Newtonian
 from fieldsim.potentials.segment import newtonian_segment
-from fieldsim.potentials.triangle import FAR, FAR_SINGLE, Triangle, near_by, triangle_jet
+from fieldsim.potentials.triangle import FAR, Triangle, near_by, triangle_jet
 
 # Newtonian: F = sum d S - w Omega, w^2 = z^2 + softening^2, Omega the solid angle at height w.
 
@@ -97,15 +97,8 @@ def newtonian_point(r2: real, softening: real, fold: real):
 
 @portable
 def newtonian_far(away: real, size: real, softening: real):
-    """Points a side once distance or softening exceeds FAR sizes; float32 needs fewer and loses more by cancelling."""
-    sizes2 = (away + softening * softening) / (size * size)
-    if real(1.0) + real(1e-10) == real(1.0):
-        if sizes2 > real(FAR_SINGLE) * real(FAR_SINGLE):
-            return 4
-        return 0
-    if sizes2 > real(FAR) * real(FAR):
-        return points_a_side(sizes2)
-    return 0
+    """Points a side once distance or softening exceeds FAR sizes."""
+    return points_a_side((away + softening * softening) / (size * size), real(FAR))
 
 
 @portable

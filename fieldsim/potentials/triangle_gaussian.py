@@ -16,9 +16,11 @@ from fieldsim.potentials.segment import gaussian_segment
 from fieldsim.potentials.triangle import Triangle
 from fieldsim.potentials.triangle_edges import cell
 
-# In units of 1/a: farther outside than this the angles, which sum up to nothing, are left out; edges shorter than this,
-# on which the exponent falls by less than that, take twelve nodes.
-OUTSIDE = 2.2
+# In units of 1/a: farther outside than OUTSIDE the angles are left out, which sum up to nothing and would drown what is
+# left of thin triangles. Edges shorter than SHORT, on which the exponent falls by less than FALL, take twelve nodes;
+# up to NEAR outside, where the poles of the angles are too close for that, 24.
+OUTSIDE = 1.0
+NEAR = 2.2
 SHORT = 2.1
 FALL = 9.0
 # Below this (1 - exp(-u)) / u is taken from its series.
@@ -76,9 +78,11 @@ def gaussian_edge(d: real, lo: real, length: real, z: real, a: real, fold: real,
     level = fold - a * a * z * z
     peak = math.exp(min(level, real(EXPONENT_LIMIT)))
     far = a * outside > real(OUTSIDE)
+    near = far and a * outside < real(NEAR)
+    short = width < real(SHORT) and width * (real(2.0) * start + width) < real(FALL)
     q = real(0.0)
     s = real(0.0)
-    if width < real(SHORT) and width * (real(2.0) * start + width) < real(FALL):
+    if short and not near:
         if far:
             s, q = _short_edge(start, width, x * x, real(0.0), level)
         else:
@@ -87,7 +91,7 @@ def gaussian_edge(d: real, lo: real, length: real, z: real, a: real, fold: real,
             q *= peak
         q *= x
         s /= a
-    elif far and start >= real(BEYOND):
+    elif far and (short or start >= real(BEYOND)):
         s, q = tail(x, start, width)
         drop = math.exp(min(level - x * x - start * start, real(EXPONENT_LIMIT)))
         s *= drop / a

@@ -17,8 +17,6 @@ from fieldsim.potentials.triangle import Triangle
 from fieldsim.potentials.triangle_edges import cell
 
 COS_PI_8 = math.cos(math.pi / 8)
-# Outside farther than the root of so many zetas, parts that cancel there are left out.
-OUTSIDE = 4.0
 # Below this angle atan is taken from its series.
 THIN = 1e-3
 # InverseSquare takes the cubature from so many sizes.
@@ -127,7 +125,7 @@ def strips(d: real, lo: real, length: real, zeta: real, outside: real):
     these sum up to nothing as zeta -> 0, and what is left is summed instead.
     """
     first, second, third = lorentzians(d * d + zeta, lo, length)
-    if outside > real(0.0) and outside * outside > real(OUTSIDE) * zeta:
+    if outside > real(0.0) and outside * outside > zeta:
         part = real(0.0)
         if d != real(0.0):
             part = far_strip(abs(d), lo, length, zeta)
@@ -198,10 +196,7 @@ def cauchy_point(r2: real, s: real, fold: real):
 @portable
 def cauchy_far(away: real, size: real, s: real):
     """Points a side once distance or width exceeds FAR_CAUCHY sizes."""
-    sizes2 = (away + real(1.0) / (s * s)) / (size * size)
-    if sizes2 > real(FAR_CAUCHY) * real(FAR_CAUCHY):
-        return points_a_side(sizes2)
-    return 0
+    return points_a_side((away + real(1.0) / (s * s)) / (size * size), real(FAR_CAUCHY))
 
 
 # Inverse square: half the integral of log(1 + (d^2 + t^2) / w^2) over the angle atan(t / d), Clausen's integrals.
@@ -322,10 +317,7 @@ def inverse_square_total(
 @portable
 def inverse_square_far(away: real, size: real, softening: real):
     """Points a side once distance or softening exceeds FAR_INVERSE sizes, from where 36 lose no more than edges do."""
-    sizes2 = (away + softening * softening) / (size * size)
-    if sizes2 > real(FAR_INVERSE) * real(FAR_INVERSE):
-        return points_a_side(sizes2)
-    return 0
+    return points_a_side((away + softening * softening) / (size * size), real(FAR_INVERSE))
 
 
 @portable

@@ -79,8 +79,10 @@ def plain_offset(x: real, y: real, z: real, rows: Table, i: int, rho: real, heig
 @portable
 def half_angle(cos: real, sin: real):
     """Cosine and sine of v = -phi / 2 in (-pi, 0], of the cosine and sine of phi in [0, 2 pi)."""
-    more = math.sqrt(real(0.5) + real(0.5) * abs(cos))
-    less = real(0.5) * abs(sin) / more
+    square = real(0.5) + real(0.5) * abs(cos)
+    more = math.sqrt(square)
+    # The root and the division need not wait for each other.
+    less = real(0.5) * abs(sin) / square * more
     c = more
     s = less
     if cos < real(0.0):

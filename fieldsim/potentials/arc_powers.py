@@ -30,20 +30,25 @@ def arc_powers(m: real, inverse: real, c0: real, s0: real, c1: real, s1: real, t
     """
     e0 = m * c0 * c0 + s0 * s0
     e1 = m * c1 * c1 + s1 * s1
-    root = real(1.0) / (math.sqrt(e0) * math.sqrt(e1))
+    h0 = real(1.0) / e0
+    h1 = real(1.0) / e1
+    d0 = math.sqrt(e0)
+    d1 = math.sqrt(e1)
+    # Divisions wait for no root and no other division where a product can: 1 / (d0 d1), tan(t / 2) / sqrt(m).
+    root = (d0 * h0) * (d1 * h1)
+    dot = m * c0 * c1 + s0 * s1
+    halving = turn / (d0 * d1 + abs(dot))
+    # Beyond a right angle the supplement, taken from the half turn's pi / sqrt(m) and so on.
+    beyond = real(0.0)
+    if dot < real(0.0):
+        halving = -halving
+        beyond = inverse
     cc = c0 * c1 * root
     ss = s0 * s1 * root
     sine = turn * root
-    cosine = m * cc + ss
+    cosine = dot * root
     square = sine * sine
     sine2 = m * square
-    # Beyond a right angle the supplement, taken from the half turn's pi / sqrt(m) and so on.
-    reach = sine
-    beyond = real(0.0)
-    if cosine < real(0.0):
-        reach = -sine
-        beyond = inverse
-    halving = reach / (real(1.0) + abs(cosine))
     # Six times the integral of sin^6, five times that of sin^4, ..., without powers of `sine`.
     beside = sine * cosine
     six = halving * sixth_power(m * halving * halving)
@@ -64,8 +69,8 @@ def arc_powers(m: real, inverse: real, c0: real, s0: real, c1: real, s1: real, t
         sine,
         cc,
         ss,
-        e1 * root * root,
-        e0 * root * root,
+        h0,
+        h1,
         real(2.0) * half_turn + (real(TWO_THIRDS) * sine2 * three + beside),
         cc * sine + second,
         ss * sine + m * second,

@@ -18,8 +18,11 @@ DIGITS = 34
 NODES = 24
 
 
-def jet(kernel, primitive, point):
-    """The ten numbers (mpf) of a kernel on a primitive at a point."""
+def jet(kernel, primitive, point, pieces=8):
+    """The ten numbers (mpf) of a kernel on a primitive at a point.
+
+    pieces: the least number of an arc's panels; a Gaussian whose exponent falls by hundreds asks for more.
+    """
     with mp.workdps(DIGITS):
         profile, edges, softening = _profile(type(kernel).__name__, mp.mpf(kernel.width))
         x = _vector(point)
@@ -29,7 +32,7 @@ def jet(kernel, primitive, point):
             return _segment(profile, edges, softening, _vector(primitive.start), _vector(primitive.end), x)
         if isinstance(primitive, Plane):
             return _plane(kernel, profile, edges, primitive, x)
-        return _arc(profile, edges, softening, primitive, x)
+        return _arc(profile, edges, softening, primitive, x, pieces)
 
 
 def _profile(name, w):
@@ -110,7 +113,7 @@ def _segment(profile, edges, softening, a, b, x):
     return _integral(integrand, length, cuts, poles)
 
 
-def _arc(profile, edges, softening, primitive, x):
+def _arc(profile, edges, softening, primitive, x, pieces):
     row = np.zeros(20)
     primitive.pack(row)
     radius, normal, start = mp.mpf(row[2]), _unit(_vector(row[17:20])), _vector(row[14:17])
@@ -120,7 +123,7 @@ def _arc(profile, edges, softening, primitive, x):
     d = _minus(x, _vector(primitive.center))
     rho, z = mp.hypot(_dot(d, start), _dot(d, binormal)), _dot(d, normal)
     phi = mp.atan2(_dot(d, binormal), _dot(d, start))
-    cuts, poles = [angle * k / 8 for k in range(1, 8)], []
+    cuts, poles = [angle * k / pieces for k in range(1, pieces)], []
     if rho > 0:
 
         def cosine(r2):

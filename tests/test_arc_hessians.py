@@ -11,7 +11,7 @@ import targets
 from fieldsim.potentials.arc import Arc
 from fieldsim.potentials.carlson import carlson_d_trio
 from fieldsim.potentials.circle import Circle
-from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
+from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Newtonian
 from fieldsim.potentials.special import exp_moment
 
 CENTER, NORMAL, START = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)
@@ -219,6 +219,65 @@ def test_pieces_add_up():
     whole, first, second = (evaluate(shapes, kernels, points) for shapes in (wholes, firsts, seconds))
     scale = norms(first) + norms(second) + norms(whole)[:, :1]
     assert (norms(first + second - whole) <= 1e-12 * scale).all()
+
+
+def beside_ends(count, nearest):
+    """Arcs in any position, and queries around their ends at log-uniform distances, in parts of the radius."""
+    rng = np.random.default_rng(9)
+    shapes, points = [], []
+    for index in range(count):
+        angle = [rng.uniform(0.1, 6.2), 10 ** rng.uniform(-4, 0), 2 * math.pi - 10 ** rng.uniform(-4, 0)][index % 3]
+        arc = Arc(rng.normal(size=3), unit(rng), unit(rng), 10 ** rng.uniform(-1, 1), angle)
+        with mp.workdps(30):
+            # To the last digit of a coordinate, so that the smallest distances are what they say.
+            turn = mp.mpf(angle) * (index // 3 % 2)
+            n, u = mp.matrix(arc.normal), mp.matrix(arc.start)
+            n /= mp.norm(n)
+            u -= n * (n.T * u)[0]
+            u /= mp.norm(u)
+            v = [n[k - 2] * u[k - 1] - n[k - 1] * u[k - 2] for k in range(3)]
+            foot = [arc.center[k] + arc.radius * (mp.cos(turn) * u[k] + mp.sin(turn) * v[k]) for k in range(3)]
+            off = arc.radius * 10 ** rng.uniform(nearest, -1) * unit(rng)
+            points.append([float(f + d) for f, d in zip(foot, off, strict=True)])
+        shapes.append(arc)
+    return shapes, np.array(points)
+
+
+@pytest.mark.parametrize("kernel", [Newtonian(), InverseSquare()], ids=repr)
+def test_bare_arcs_keep_their_digits_beside_their_ends(kernel):
+    shapes, points = beside_ends(12, -10)
+    jets = evaluate(shapes, [kernel] * len(shapes), points)
+    exact = [jet_oracle.jet(kernel, s, x) for s, x in zip(shapes, points, strict=True)]
+    error = np.array([[float(g - e) for g, e in zip(*pair, strict=True)] for pair in zip(jets, exact, strict=True)])
+    assert (norms(error) <= 1e-12 * norms(np.array(exact, dtype=float))).all()
+
+
+@pytest.mark.parametrize("kernel", [Newtonian(), InverseSquare()], ids=repr)
+def test_bare_arcs_beside_their_ends_in_single_precision(kernel):
+    shapes, points = beside_ends(600, -4)
+    kinds, rows = targets.rows_of(shapes, [kernel] * len(shapes))
+    rows, points = rows.astype(np.float32).astype(float), points.astype(np.float32).astype(float)
+    single, double = (targets.jets(target, kinds, rows, points) for target in ("warp32", "warp64"))
+    # Rounding a query may put it on the wire, next to which the smallest offsets mean little.
+    size, radius = norms(double), np.array([s.radius for s in shapes])
+    clear = size[:, 1] * radius < 1e4 * size[:, 0]
+    assert clear.sum() > 550
+    assert (norms(single - double)[clear] <= 5e-6 * size[clear]).all()
+
+
+@pytest.mark.parametrize(("angle", "a"), [(6.03, 18.0), (5.2, 15.0), (3.4, 8.3), (2.6, 4.4), (0.5, 4.0)])
+def test_gaussian_arcs_whose_ends_are_alike_on_the_far_side(angle, a):
+    # Both ends, the nearest points, have an exponent of about -80, the middle down to -2000.
+    phi = angle / 2 + math.pi
+    rho = math.sqrt(80.0 / a**2 - math.sin(angle / 2) ** 2) + math.cos(angle / 2 - math.pi)
+    x = np.array([rho * math.cos(phi), rho * math.sin(phi), 0.03])
+    arc = Arc(CENTER, NORMAL, START, 1.0, angle)
+    got = evaluate([arc], [Gaussian(a)], [x])
+    exact = jet_oracle.jet(Gaussian(a), arc, x, pieces=128)
+    error = np.array([[float(g - e) for g, e in zip(got[0], exact, strict=True)]])
+    assert 1e-38 < exact[0] < 1e-35
+    # Of the force's and of its slope's scale: the pulls of the two ends cancel in part.
+    assert (norms(error)[0] <= 1e-13 * got[0, 0] * (2 * a**2 * (1 + rho)) ** np.arange(3)).all()
 
 
 @pytest.mark.parametrize("x", [0.0, 1e-12, 1e-3, 0.5, 0.999, 1.0, 1.5, 40.0, 1e3])

@@ -24,15 +24,15 @@ import numpy as np
 from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.portable import portable, real
-from fieldsim.potentials.arc_angles import arctangent, sine_cosine
+from fieldsim.potentials.arc_angles import arctangent
 from fieldsim.potentials.arc_gaussian import gaussian_arc
-from fieldsim.potentials.arc_jet import arc_jet, plain_offset, ring_offset
+from fieldsim.potentials.arc_jet import arc_jet, end_sine, plain_offset, ring_offset, sharp_end
+from fieldsim.potentials.arc_powers import arc_powers
 from fieldsim.potentials.carlson import carlson_d_trio
 from fieldsim.potentials.cells import register
 from fieldsim.potentials.circle import TAU, cauchy_circle, gaussian_circle, newtonian_circle
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
 from fieldsim.potentials.primitive import Primitive
-from fieldsim.potentials.special import sine_powers, sine_sixth
 
 
 @dataclasses.dataclass(frozen=True)
@@ -117,74 +117,43 @@ def cauchy_arc(
 ):
     """Jet of the Cauchy kernel, in the frame of `arc_jet`. Relative error < 1e-13.
 
-    With q, Q = 1 + s^2 (near2, far2) and the eccentric angle tan(psi) = sqrt(Q / q) tan(v), 1 / (1 + s^2 d^2) is
-    (Q cos^2 psi + q sin^2 psi) / (q Q) and dv shrinks with it: F and its slopes are integrals of cos^2 psi, cos^4 psi
-    and so on from psi0 to psi1, taken about the middle of that range as sums of positive terms.
+    Its integrals are `arc_powers` with 1 + s^2 (near2, far2) in the place of near2 and far2.
     """
     s2 = s * s
     outer = rho + radius
+    near = real(1.0) + s2 * (inner * inner + z * z)
     far = real(1.0) + s2 * (outer * outer + z * z)
-    r = (real(1.0) + s2 * (inner * inner + z * z)) / far
-    root = math.sqrt(r)
-    e0 = r * c0 * c0 + s0 * s0
-    e1 = r * c1 * c1 + s1 * s1
-    n = math.sqrt(e0) * math.sqrt(e1)
-    sum_sin = s0 * c1 + c0 * s1
-    # Half the range of psi: its cosine, sine and itself.
-    cos = r * c0 * c1 + s0 * s1
-    if cos > real(0.0):
-        cos_half = math.sqrt(real(0.5) * (n + cos) / n)
-        sin_half = real(0.5) * root * turn / (n * cos_half)
-    else:
-        sin_half = math.sqrt(real(0.5) * (n - cos) / n)
-        cos_half = real(0.5) * root * turn / (n * sin_half)
-    swept = arctangent(sin_half, cos_half)
-    # Squares of the cosine and sine of the middle of the range.
-    cos = r * c0 * c1 - s0 * s1
-    if cos > real(0.0):
-        a = real(0.5) * (n + cos) / n
-        b = real(0.25) * r * sum_sin * sum_sin / (a * n * n)
-    else:
-        b = real(0.5) * (n - cos) / n
-        a = real(0.25) * r * sum_sin * sum_sin / (b * n * n)
-    # Integrals over the range, about its middle: of sin^2, sin^4, cos^2, cos^4 and sin^2 cos^2.
-    sin2, sin4 = sine_powers(sin_half, cos_half, swept)
-    cos2 = swept - sin2
-    both = sin2 - sin4
-    cos4 = cos2 - both
-    # The same of psi itself (all halved).
-    cos2_psi = a * cos2 + b * sin2
-    sin2_psi = b * cos2 + a * sin2
-    cos4_psi = a * a * cos4 + real(6.0) * a * b * both + b * b * sin4
-    sin4_psi = b * b * cos4 + real(6.0) * a * b * both + a * a * sin4
-    both_psi = a * b * (swept - real(4.0) * both) + (a - b) * (a - b) * both
-    scale = real(4.0) * radius / (r * root * far * far)
-    push = -real(4.0) * s2 / far / r * scale
-    along = cos4_psi + real(2.0) * r * both_psi + r * r * sin4_psi
-    across = inner * cos4_psi + real(2.0) * rho * r * both_psi + outer * r * r * sin4_psi
-    swing = real(4.0) * s2 * radius * radius / far * sum_sin * turn / (n * n) / (n * n) / far / far
-    # The Hessian's integrals, of sixth powers: what goes with the offset's radial parts, both sides of it, squared.
-    sin6 = sine_sixth(sin_half, cos_half, sin4)
-    cos2_sin4 = sin4 - sin6
-    cos4_sin2 = both - cos2_sin4
-    cos6_psi = a * a * (a * (cos4 - cos4_sin2) + real(15.0) * b * cos4_sin2)
-    cos6_psi += b * b * (b * sin6 + real(15.0) * a * cos2_sin4)
-    cos4_sin2 = cos4_psi - cos6_psi
-    cos2_sin4 = both_psi - cos4_sin2
-    near_near = cos6_psi / r + cos4_sin2
-    near_far = cos4_sin2 + r * cos2_sin4
-    far_far = r * (cos2_sin4 + r * (sin4_psi - cos2_sin4))
-    bend = -real(6.0) * s2 / far
+    per = real(1.0) / far
+    inverse = far / near
+    m = near * per
+    _cosine, _sine, _cc, _ss, h0, h1, _one, cos2, sin2, swing, cos4, both, sin4, cos6 = arc_powers(
+        m, inverse, c0, s0, c1, s1, turn
+    )
+    scale = real(2.0) * radius * per * per
+    push = -real(4.0) * s2 * per * scale
+    swing *= -radius * push
+    # The force's integrals are over d^6, with a factor m, those that the Hessian has beside them over d^8, with m^2.
+    push *= inverse
+    both *= m
+    sin4 *= m
+    along = cos4 + real(2.0) * both + sin4
+    cos4_sin2 = m * (cos4 - cos6)
+    cos2_sin4 = m * (both - cos4_sin2)
+    sin6 = m * (sin4 - cos2_sin4)
+    near_near = cos6 + cos4_sin2
+    near_far = cos4_sin2 + cos2_sin4
+    far_far = cos2_sin4 + sin6
+    bend = -real(6.0) * s2 * per * inverse
     radial = inner * inner * near_near + outer * (real(2.0) * inner * near_far + outer * far_far)
     mixed = inner * near_near + real(2.0) * rho * near_far + outer * far_far
     height = near_near + real(2.0) * near_far + far_far
-    t0 = (real(2.0) * e1 + e0) / e0
-    t1 = (real(2.0) * e0 + e1) / e1
-    twist = -real(2.0) * s2 / far * swing
+    t0 = h0 * (real(2.0) * h0 + h1)
+    t1 = h1 * (real(2.0) * h1 + h0)
+    twist = -real(2.0) * s2 * per * swing
     return (
-        scale * (cos2_psi + r * sin2_psi),
-        push * across,
-        swing * (e0 + e1),
+        scale * (cos2 + sin2),
+        push * (inner * cos4 + real(2.0) * rho * both + outer * sin4),
+        swing * (h0 + h1),
         push * z * along,
         push * (along + bend * radial),
         push * (along + bend * real(4.0) * radius * radius * near_far),
@@ -293,17 +262,26 @@ def _end_product(x0: real, x1: real, squares: real, n: real, difference: real):
 
 
 @portable
-def _local(rho: real, inner: real, z: real, radius: real, angle: real, c0: real, s0: real, width: real, fold: real):
+def _local(
+    rho: real,
+    inner: real,
+    z: real,
+    radius: real,
+    angle: real,
+    c0: real,
+    s0: real,
+    c1: real,
+    s1: real,
+    turn: real,
+    versine: real,
+    width: real,
+    fold: real,
+):
     """Jet for `arc_jet`.
 
     Close to the axis, where the pulls of a nearly full arc cancel, it is the full circle less the short rest.
     """
     half = real(0.5) * angle
-    sin, cos = sine_cosine(real(0.5) * half)
-    turn = real(2.0) * sin * cos
-    versine = real(2.0) * sin * sin
-    c1 = c0 - (c0 * versine + s0 * turn)
-    s1 = s0 - (s0 * versine - c0 * turn)
     zero = real(0.0)
     inside = hollow(rho, radius, width)  # noqa: F821 - bound below
     whole = half > real(HALF_PI) and (inside or angle >= real(TAU))
@@ -365,10 +343,11 @@ def _gaussian_hollow(rho: real, radius: real, a: real):
     return rho < real(0.25) * radius and real(2.0) * a * a * rho * radius < real(1.0)
 
 
-for _kernel, _arc, _circle, _inside, _offset in (
-    (Cauchy, cauchy_arc, cauchy_circle, _hollow, plain_offset),
-    (Gaussian, gaussian_arc, gaussian_circle, _gaussian_hollow, plain_offset),
-    (Newtonian, newtonian_arc, newtonian_circle, _hollow, ring_offset),
+for _kernel, _arc, _circle, _inside, _offset, _end in (
+    (Cauchy, cauchy_arc, cauchy_circle, _hollow, plain_offset, end_sine),
+    (Gaussian, gaussian_arc, gaussian_circle, _gaussian_hollow, plain_offset, end_sine),
+    (Newtonian, newtonian_arc, newtonian_circle, _hollow, ring_offset, sharp_end),
 ):
-    _jet = arc_jet.bind(kernel=_local.bind(arc=_arc, circle=_circle, hollow=_inside), ring_offset=_offset)
+    _kernel_jet = _local.bind(arc=_arc, circle=_circle, hollow=_inside)
+    _jet = arc_jet.bind(kernel=_kernel_jet, ring_offset=_offset, end_sine=_end)
     register(_kernel, Arc, _jet)

@@ -211,7 +211,8 @@ def gaussian_arc(
 ):
     """Jet of exp(fold - a^2 r^2), in the frame of `arc_jet`, its exponent clamped at EXPONENT_LIMIT.
 
-    Relative error 1e-13 wherever the arc's nearest point counts (the exponent is not below -100).
+    Error 1e-13 of the value and of the force's scale, 2 a^2 (rho + R) times the value, wherever the arc's nearest point
+    counts (the exponent is not below -100): the pulls of two ends alike cancel in part.
     """
     a2 = a * a
     base = fold - a2 * (inner * inner + z * z)

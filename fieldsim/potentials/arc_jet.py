@@ -6,10 +6,13 @@ Closer to a bare source than the type can hold them, derivatives are 0, as on it
 import math
 
 from fieldsim.portable import Table, portable, real
+from fieldsim.potentials.arc_angles import sine_cosine
+from fieldsim.potentials.arc_ends import BESIDE, BESIDE_SINGLE, beside_end, beside_start
 from fieldsim.potentials.segment import SPLIT, SPLIT_SINGLE
 
 # Closer to the ring than this part of its radius, the offset from it is computed with care.
 CLOSE = 0.125
+TAU = 2 * math.pi
 
 
 @portable
@@ -74,29 +77,54 @@ def plain_offset(x: real, y: real, z: real, rows: Table, i: int, rho: real, heig
 
 
 @portable
-def half_angle(x: real, y: real, rho: real):
-    """Cosine and sine of v0 = -phi / 2 in (-pi, 0], phi in [0, 2 pi) the azimuth of (x, y); rho = hypot(x, y)."""
-    if rho == real(0.0):
-        return real(1.0), real(0.0)
-    more = math.sqrt(real(0.5) * (rho + abs(x)) / rho)
-    less = real(0.5) * abs(y) / (rho * more)
-    cos = more
-    sin = less
-    if x < real(0.0):
-        cos = less
-        sin = more
-    if y < real(0.0):
-        cos = -cos
-    return cos, -sin
+def half_angle(cos: real, sin: real):
+    """Cosine and sine of v = -phi / 2 in (-pi, 0], of the cosine and sine of phi in [0, 2 pi)."""
+    square = real(0.5) + real(0.5) * abs(cos)
+    more = math.sqrt(square)
+    # The root and the division need not wait for each other.
+    less = real(0.5) * abs(sin) / square * more
+    c = more
+    s = less
+    if cos < real(0.0):
+        c = less
+        s = more
+    if sin < real(0.0):
+        c = -c
+    return c, -s
+
+
+@portable
+def end_sine(x: real, y: real, z: real, rows: Table, i: int, rho: real, near: real, c: real, s: real, end: int):
+    """The sine `s` of half the angle from the query's azimuth to an end (0 the start, 1 the end), c its cosine."""
+    return s
+
+
+@portable
+def sharp_end(x: real, y: real, z: real, rows: Table, i: int, rho: real, near: real, c: real, s: real, end: int):
+    """As `end_sine`, for bare fields: with more digits where the query is close to that end.
+
+    near: the query's distance from the ring, or more. A closed ring has no ends.
+    """
+    beside = real(BESIDE)
+    if real(1.0) + real(1e-10) == real(1.0):
+        beside = real(BESIDE_SINGLE)
+    if near + abs(s) * rho < beside * rows[i, 2] and rows[i, 3] < real(TAU):
+        if end == 0:
+            q = beside_start(x, y, z, rows, i)
+        else:
+            q = beside_end(x, y, z, rows, i)
+        s = -real(0.5) * q / (rho * c)
+    return s
 
 
 @portable
 def arc_jet(x: real, y: real, z: real, rows: Table, i: int):
     """Jet of an arc or circle, in the coordinates of `arc`.
 
-    `kernel(rho, inner, z, radius, angle, c0, s0, width, fold)` returns the jet in the orthonormal frame of the query's
-    radial direction, the azimuthal one and the normal; inner = rho - radius, and (c0, s0) are the cosine and sine of
-    v0, half the angle from the query's azimuth to the start, in (-pi, 0].
+    `kernel(rho, inner, z, radius, angle, c0, s0, c1, s1, turn, versine, width, fold)` returns the jet in the
+    orthonormal frame of the query's radial direction, the azimuthal one and the normal; inner = rho - radius, and
+    (c0, s0) are the cosine and sine of v0, half the angle from the query's azimuth to the start, in (-pi, 0]; (c1, s1)
+    of v1 = v0 + angle / 2, and turn = sin(angle / 2), versine = 1 - cos(angle / 2).
     """
     ux = rows[i, 14]
     uy = rows[i, 15]
@@ -113,15 +141,24 @@ def arc_jet(x: real, y: real, z: real, rows: Table, i: int):
     p = dx * ux + dy * uy + dz * uz
     q = dx * vx + dy * vy + dz * vz
     rho = math.sqrt(p * p + q * q)
-    c0, s0 = half_angle(p, q, rho)
     cos = real(1.0)
     sin = real(0.0)
     if rho > real(0.0):
-        cos = p / rho
-        sin = q / rho
+        inverse = real(1.0) / rho
+        cos = p * inverse
+        sin = q * inverse
+    c0, s0 = half_angle(cos, sin)
+    sin_quarter, cos_quarter = sine_cosine(real(0.25) * rows[i, 3])
+    turn = real(2.0) * sin_quarter * cos_quarter
+    versine = real(2.0) * sin_quarter * sin_quarter
+    c1 = c0 - (c0 * versine + s0 * turn)
+    s1 = s0 - (s0 * versine - c0 * turn)
     inner, height = ring_offset(x, y, z, rows, i, rho, dx * nx + dy * ny + dz * nz)
+    near = abs(inner) + abs(height)
+    s0 = end_sine(x, y, z, rows, i, rho, near, c0, s0, 0)
+    s1 = end_sine(x, y, z, rows, i, rho, near, c1, s1, 1)
     f, fa, fb, fn, faa, fbb, fnn, fab, fan, fbn = kernel(  # noqa: F821 - bound by the cells
-        rho, inner, height, rows[i, 2], rows[i, 3], c0, s0, rows[i, 1], rows[i, 4]
+        rho, inner, height, rows[i, 2], rows[i, 3], c0, s0, c1, s1, turn, versine, rows[i, 1], rows[i, 4]
     )
     # Finite or not: unlike `isfinite`, a comparison lets compilers drop the Hessian where nobody asks for it.
     if not abs(fa + fb + fn) < real(math.inf):

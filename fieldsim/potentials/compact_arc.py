@@ -120,7 +120,19 @@ def _part(rho: real, inner: real, z: real, radius: real, support: real, mid: rea
 
 @portable
 def _polynomial_arc(
-    rho: real, inner: real, z: real, radius: real, angle: real, c0: real, s0: real, support: real, fold: real
+    rho: real,
+    inner: real,
+    z: real,
+    radius: real,
+    angle: real,
+    c0: real,
+    s0: real,
+    c1: real,
+    s1: real,
+    turn: real,
+    versine: real,
+    support: real,
+    fold: real,
 ):
     """Jet for `arc_jet`, of h = SQUARE w^2 + CUBE w^3. Error < 1e-14 of the peak over the part inside."""
     f = real(0.0)

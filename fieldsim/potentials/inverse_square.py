@@ -4,15 +4,14 @@ import math
 
 from fieldsim.portable import portable, real
 from fieldsim.potentials.arc import Arc
-from fieldsim.potentials.arc_angles import arctangent, sine_cosine
-from fieldsim.potentials.arc_jet import arc_jet, ring_offset
+from fieldsim.potentials.arc_jet import arc_jet, ring_offset, sharp_end
+from fieldsim.potentials.arc_powers import arc_powers
 from fieldsim.potentials.cells import register
 from fieldsim.potentials.circle import TAU, Circle, circle_jet
 from fieldsim.potentials.kernels import InverseSquare
 from fieldsim.potentials.line_integrals import inverse_powers
 from fieldsim.potentials.point import Point, point_jet
 from fieldsim.potentials.segment import Segment, segment_jet
-from fieldsim.potentials.special import sine_powers
 
 COS_30 = math.sqrt(0.75)
 # What the double 2 pi lacks to a full turn.
@@ -27,21 +26,6 @@ def inverse_square_point(r2: real, softening: real, fold: real):
         return real(math.inf), real(0.0), real(0.0)
     h = real(1.0) / d2
     return h, -real(2.0) * h * h, real(8.0) * (r2 / d2) * h * h
-
-
-@portable
-def _angle_powers(turn: real, product: real, d: real):
-    """An angle t (0..pi) over d, and the integrals from 0 to t of sin^2 and of sin^4 over d^3; none is lost as d -> 0.
-
-    turn = sin(t) / d, product = cos(t).
-    """
-    sin = d * turn
-    if product > real(0.0) and real(1.0) + sin * sin == real(1.0):
-        cube = turn * turn * turn
-        return turn, cube / real(3.0), real(0.2) * sin * sin * cube
-    angle = arctangent(sin, product)
-    square, fourth = sine_powers(sin, product, angle)
-    return angle / d, square / d / d / d, fourth / d / d / d
 
 
 @portable
@@ -63,80 +47,73 @@ def inverse_square_segment(lo: real, rho2: real, length: real, softening: real, 
 
 @portable
 def inverse_square_arc(
-    rho: real, inner: real, z: real, radius: real, angle: real, c0: real, s0: real, softening: real, fold: real
+    rho: real,
+    inner: real,
+    z: real,
+    radius: real,
+    angle: real,
+    c0: real,
+    s0: real,
+    c1: real,
+    s1: real,
+    turn: real,
+    versine: real,
+    softening: real,
+    fold: real,
 ):
     """Jet for `arc_jet`. Relative error < 1e-13 off the wire; on a bare wire F is inf and the derivatives are 0.
 
-    With N^2, M^2 the squared distances (softened) of the circle's nearest and farthest points and the eccentric angle
-    tan(psi) = (M / N) tan(v), d^2 = N^2 cos^2 v + M^2 sin^2 v makes dv / d^2 = dpsi / (N M), cos^2 v / d^2 =
-    cos^2 psi / N^2 and sin^2 v / d^2 = sin^2 psi / M^2; the offset from a source point is
-    (inner cos^2 v + outer sin^2 v, -2 R sin v cos v, z). So F and its derivatives are integrals of 1, of squares and of
-    fourth powers of cos(psi), sin(psi) over a range t, all elementary.
+    The offset from a source point is (inner cos^2 v + outer sin^2 v, -2 R sin v cos v, z), so that F and its
+    derivatives are integrals of `arc_powers`, all in units of far2.
     """
-    half = real(0.5) * angle
-    sin_quarter, cos_quarter = sine_cosine(real(0.5) * half)
-    turn = real(2.0) * sin_quarter * cos_quarter
-    versine = real(2.0) * sin_quarter * sin_quarter
     if angle >= real(TAU):
         turn = real(0.0)
     outer = rho + radius
     height2 = z * z + softening * softening
     near2 = inner * inner + height2
     far2 = outer * outer + height2
-    near = math.sqrt(near2)
-    far = math.sqrt(far2)
-    c1 = c0 - (c0 * versine + s0 * turn)
-    s1 = s0 - (s0 * versine - c0 * turn)
-    d0 = near2 * c0 * c0 + far2 * s0 * s0
-    d1 = near2 * c1 * c1 + far2 * s1 * s1
-    root = real(1.0)
-    if d0 > real(0.0) and d1 > real(0.0):
-        root = real(1.0) / (math.sqrt(d0) * math.sqrt(d1))
-    cos = (near2 * c0 * c1 + far2 * s0 * s1) * root
-    if d0 == real(0.0) or d1 == real(0.0) or (near == real(0.0) and cos <= real(0.0)):
+    per = real(1.0) / far2
+    m = near2 * per
+    inverse = real(0.0)
+    if m > real(0.0):
+        inverse = far2 / near2
+    at_end = m * c0 * c0 + s0 * s0 == real(0.0) or m * c1 * c1 + s1 * s1 == real(0.0)
+    if at_end or (m == real(0.0) and s0 * s1 <= real(0.0)):
         zero = real(0.0)
         return real(math.inf), zero, zero, zero, zero, zero, zero, zero, zero, zero
-    # sin(t) / (N M), t / (N M), and integrals from 0 to t of sin^2 and of sin^4 over (N M)^3.
-    turn *= root
-    t, square, fourth = _angle_powers(turn, cos, near * far)
-    # Integrals over v of cos^2, sin^2 and sin cos over d^4.
-    cc = c0 * c1 * root
-    ss = s0 * s1 * root
-    cos2 = cc * turn + far2 * square
-    sin2 = ss * turn + near2 * square
-    swing = real(0.5) * turn * (s0 * c1 + c0 * s1) * root
+    cosine, sine, cc, ss, h0, h1, one, cos2, sin2, swing, cos4, both, sin4, _cos6 = arc_powers(
+        m, inverse, c0, s0, c1, s1, turn
+    )
     pull = inner * cos2 + outer * sin2
-    if cos < real(COS_30):
+    if cosine < real(COS_30):
         # The pulls of a wide arc cancel around its axis: theirs as a circle, and that of the gap.
         across = inner * outer
-        circle = t * rho * (across + height2)
-        gap = turn * (near2 * cc - far2 * ss) * radius * (across - height2)
-        pull = (circle + gap) / near2 / far2
-    # Integrals of the fourth powers over d^6, that of cos^4 times N^2.
-    cos4 = near2 * cc * turn * (cc * cos + far2 * turn * turn) + far2 * fourth
-    both = (cos2 - cos4) / far2
-    sin4 = ss * turn * (ss * cos + near2 * turn * turn) + near2 / far2 * fourth
-    cos3_sin = real(0.5) * swing * (c0 * c0 / d0 + c1 * c1 / d1)
-    cos_sin3 = real(0.5) * swing * (s0 * s0 / d0 + s1 * s1 / d1)
+        pull = one * rho * (across + height2) + sine * (m * cc - ss) * radius * (across - height2)
+        pull *= inverse * per
+    # Integrals over the sixth power of d, of cos^3 sin and of cos sin^3.
+    cos3_sin = real(0.5) * swing * (c0 * c0 * h0 + c1 * c1 * h1)
+    cos_sin3 = real(0.5) * swing * (s0 * s0 * h0 + s1 * s1 * h1)
     a = real(0.0)
     b = real(0.0)
-    if near > real(0.0):
-        a = inner / near
-        b = z / near
-    ring = real(4.0) * radius
-    push = ring * real(4.0)
-    isotropic = -ring * (cos2 + sin2)
+    if near2 > real(0.0):
+        a = inner / math.sqrt(near2)
+        b = z / math.sqrt(near2)
+    ring = real(4.0) * radius * per
+    force = ring * per
+    isotropic = -force * (cos2 + sin2)
+    push = real(4.0) * force
+    twist = -push * per * real(2.0) * radius
     return (
-        ring * real(0.5) * t,
-        -ring * pull,
-        ring * real(2.0) * radius * swing,
+        real(0.5) * ring * one,
+        -force * pull,
+        force * real(2.0) * radius * swing,
         z * isotropic,
-        isotropic + push * (a * a * cos4 + real(2.0) * inner * outer * both + outer * outer * sin4),
-        isotropic + push * real(4.0) * radius * radius * both,
-        isotropic + push * (b * b * cos4 + z * z * (real(2.0) * both + sin4)),
-        -push * real(2.0) * radius * (inner * cos3_sin + outer * cos_sin3),
-        push * (a * b * cos4 + z * (real(2.0) * rho * both + outer * sin4)),
-        -push * real(2.0) * radius * z * (cos3_sin + cos_sin3),
+        isotropic + push * (a * a * cos4 + per * outer * (real(2.0) * inner * both + outer * sin4)),
+        isotropic + push * per * real(4.0) * radius * radius * both,
+        isotropic + push * (b * b * cos4 + per * z * z * (real(2.0) * both + sin4)),
+        twist * (inner * cos3_sin + outer * cos_sin3),
+        push * (a * b * cos4 + per * z * (real(2.0) * rho * both + outer * sin4)),
+        twist * z * (cos3_sin + cos_sin3),
     )
 
 
@@ -173,14 +150,26 @@ def inverse_square_circle(rho: real, inner: real, z: real, radius: real, softeni
 
 @portable
 def inverse_square_open_arc(
-    rho: real, inner: real, z: real, radius: real, angle: real, c0: real, s0: real, softening: real, fold: real
+    rho: real,
+    inner: real,
+    z: real,
+    radius: real,
+    angle: real,
+    c0: real,
+    s0: real,
+    c1: real,
+    s1: real,
+    turn: real,
+    versine: real,
+    softening: real,
+    fold: real,
 ):
     """As `inverse_square_arc`, but the double 2 pi, which it takes for a closed circle, leaves a gap of 2.4e-16.
 
     At the centre of the ring, where all else cancels, the gap's missing pull is the whole gradient.
     """
     f, fa, fb, fn, faa, fbb, fnn, fab, fan, fbn = inverse_square_arc(
-        rho, inner, z, radius, angle, c0, s0, softening, fold
+        rho, inner, z, radius, angle, c0, s0, c1, s1, turn, versine, softening, fold
     )
     if angle == real(TAU) and rho < real(0.25) * radius:
         across = rho - radius * (c0 * c0 - s0 * s0)
@@ -195,5 +184,5 @@ def inverse_square_open_arc(
 
 register(InverseSquare, Point, point_jet.bind(kernel=inverse_square_point))
 register(InverseSquare, Segment, segment_jet.bind(kernel=inverse_square_segment))
-register(InverseSquare, Arc, arc_jet.bind(kernel=inverse_square_open_arc))
+register(InverseSquare, Arc, arc_jet.bind(kernel=inverse_square_open_arc, end_sine=sharp_end))
 register(InverseSquare, Circle, circle_jet.bind(kernel=inverse_square_circle, ring_offset=ring_offset))

@@ -11,7 +11,7 @@ FIVE_SIXTHS = 5 / 6
 
 
 @portable
-def _sixth_power(u: real):
+def sixth_power(u: real):
     """6 (integral of sin^6 from 0 to an angle up to pi/2) / (sin^6 t), t = tan(angle / 2), for u = t^2 in 0..1.
 
     (1 + u)^6 times its logarithm is all that is singular here, and at u = -1 only: a polynomial (Chebyshev
@@ -58,7 +58,7 @@ def inverse_powers(lo: real, length: real, d2: real):
     halving = reach / (product + abs(dot))
     # Six times the integral of sin^6, five times that of sin^4, ..., without powers of `turn`.
     beside = turn * cos
-    six = halving * _sixth_power(d2 * halving * halving)
+    six = halving * sixth_power(d2 * halving * halving)
     five = sin2 * six + beside
     three = real(0.8) * sin2 * five + beside
     half_turn = real(HALF_PI) * math.sqrt(half)

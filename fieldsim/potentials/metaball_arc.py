@@ -150,7 +150,19 @@ def _shell(start: real, width: real, near2: real, p: real):
 
 @portable
 def metaball_arc(
-    rho: real, inner: real, z: real, radius: real, angle: real, c0: real, s0: real, support: real, fold: real
+    rho: real,
+    inner: real,
+    z: real,
+    radius: real,
+    angle: real,
+    c0: real,
+    s0: real,
+    c1: real,
+    s1: real,
+    turn: real,
+    versine: real,
+    support: real,
+    fold: real,
 ):
     """Jet for `arc_jet`. Error < 1e-14 of the peak over the part inside the support."""
     third = support / real(3.0)

@@ -6,7 +6,7 @@ import time
 import warnings
 
 from fieldsim import launch
-from fieldsim.dynamics.diagnostics import EnergyLog, EnergyReport
+from fieldsim.dynamics.energy_log import EnergyLog, EnergyReport
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.errors import FieldsimError, FieldsimWarning
 from fieldsim.render.image import Renderer
@@ -41,7 +41,10 @@ class Clock:
 
 @dataclasses.dataclass
 class Report:
-    """What making a film took. Times in seconds of wall time; `energy` is None in a world without particles."""
+    """What making a film took. Times in seconds of wall time.
+
+    energy, log: how well energy was kept; None in a world where the dynamics move nothing.
+    """
 
     path: str
     size: tuple[int, int]
@@ -54,6 +57,7 @@ class Report:
     bounces: int = 0
     rays: int = 0
     energy: EnergyReport | None = None
+    log: EnergyLog | None = None
     integrator: str = ""
 
     @property
@@ -97,6 +101,7 @@ def film(
     scenario: Scenario,
     out,
     *,
+    integrator=None,
     size=None,
     fps: float | None = None,
     duration: float | None = None,
@@ -107,11 +112,14 @@ def film(
 ) -> Report:
     """Film `scenario` into `out` (see `Film` for what its ending means) and say what it took.
 
-    size: (width, height), 640x360 unless told; fps, duration: the scenario's unless told; quality: "draft" or "final".
+    size: (width, height), 640x360 unless told; fps, duration, integrator: the scenario's unless told.
+    quality: "draft" or "final".
     preview: a quick look: half the width and height, draft quality, 10 frames per second, where nothing else is told.
     watch: called with (frames done, frames in all) as the work goes on. A path that ends in .png gets the last frame.
     A simulation that fails under way ends the film: the frames so far are kept, and the FieldsimError says so.
     """
+    if integrator is not None:
+        scenario = dataclasses.replace(scenario, integrator=integrator)
     duration = scenario.duration if duration is None else duration
     fps = (min(10.0, scenario.fps) if preview else scenario.fps) if fps is None else fps
     size = size or (tuple(n // 2 for n in SIZE) if preview else SIZE)
@@ -162,7 +170,7 @@ def _snapshots(scenario, times, device, report):
         return
     with report.simulating.running():
         simulation = Simulation(world, scenario.integrator, device=device)
-        log = EnergyLog(simulation)
+        report.log = log = EnergyLog(simulation)
     report.integrator = str(simulation.choice or simulation.integrator)
     for moment in times:
         with report.simulating.running():
@@ -170,5 +178,4 @@ def _snapshots(scenario, times, device, report):
             log.record()
             snapshot = simulation.snapshot()
         yield snapshot
-    if some:
-        report.particle_steps, report.bounces, report.energy = simulation.steps_done, simulation.bounces, log.report()
+    report.particle_steps, report.bounces, report.energy = simulation.steps_done, simulation.bounces, log.report()

@@ -129,9 +129,9 @@ def test_under_radau_crossings_are_exact():
     assert (up.times <= 40.0).all()
     down = poincare(world, Section(normal=(0, 1, 0), direction=-1), 40.0, Radau())
     both = poincare(world, Section(normal=(0, 1, 0), direction=0), 40.0, Radau())
-    # Times are rounded to 4e-15 at 40, and speeds go up to 4.
+    # Times are rounded to 4e-15 at 40.
     np.testing.assert_allclose(both.times, np.sort(np.concatenate([up.times, down.times])), rtol=0, atol=1e-14)
-    np.testing.assert_allclose(both.positions[:, 1], 0.0, atol=4e-14)
+    assert (np.abs(both.positions[:, 1]) <= 1e-14 * np.abs(both.velocities[:, 1])).all()
     leapt = poincare(world, Section(normal=(0, 1, 0)), 40.0, BlanesMoan6(0.002))
     np.testing.assert_array_equal(leapt.particles[leapt.particles != 1], up.particles[~second])
     np.testing.assert_allclose(leapt.times[leapt.particles == 2], up.times[up.particles == 2], rtol=0, atol=1e-9)
@@ -145,7 +145,8 @@ def test_under_radau_a_turning_plane_is_exact_too():
     found = poincare(world, section, 60.0, Radau())
     np.testing.assert_allclose(found.positions[:, 1], 0.0, atol=1e-13)
     leapt = poincare(world, section, 60.0, BlanesMoan6(0.005))
-    np.testing.assert_array_equal(found.particles, leapt.particles)
+    # Both start on the plane and leave it at once: at a time of rounding.
+    np.testing.assert_array_equal(found.particles[2:], leapt.particles[2:])
     np.testing.assert_allclose(found.times, leapt.times, rtol=0, atol=1e-5)  # the plane's table is interpolated
 
 

@@ -20,7 +20,6 @@ from fieldsim.dynamics.integrators import (
     Omelyan6,
     Omelyan8,
     SofroniouSpaletta10,
-    Splitting,
 )
 from fieldsim.dynamics.radau import Radau, beyond_radau
 from fieldsim.dynamics.sources import Sources, field_and_gradient, upload

@@ -47,7 +47,7 @@ KNOWS = {
     "render": {"potentials", "world"},
     "scenario": {"potentials", "world", "dynamics", "render", "plots"},
     "filming": {"potentials", "world", "dynamics", "render", "scenario"},
-    "cli": {"plots", "render", "scenario", "filming", "about"},
+    "cli": {"plots", "dynamics", "render", "scenario", "filming", "about"},
     "__main__": {"cli"},
 }
 

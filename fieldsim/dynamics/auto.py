@@ -20,6 +20,7 @@ from fieldsim.dynamics.integrators import (
     Omelyan6,
     Omelyan8,
     SofroniouSpaletta10,
+    Splitting,
 )
 from fieldsim.dynamics.radau import Radau, beyond_radau
 from fieldsim.dynamics.sources import Sources, field_and_gradient, upload
@@ -100,6 +101,22 @@ def integrator_of(owner: str, value) -> Integrator:
     if not isinstance(value, Integrator):
         raise InputError(f'{owner}: integrator is {value!r}; give fs.Leapfrog(dt) or another, "auto" or None')
     return value
+
+
+def integrator_named(text: str) -> Integrator:
+    """The integrator called `text`: a method's name in any case, and after a colon its step or tolerance if told.
+
+    Such as "auto", "auto:1e-6", "radau", "leapfrog:1e-3", "kahanli8:0.05". Raises InputError for others.
+    """
+    name, colon, number = text.strip().partition(":")
+    known = {method.__name__: method for method in (Auto, Radau, *Splitting.__subclasses__())}
+    found = [method for title, method in known.items() if title.lower() == name.lower()]
+    if not found:
+        raise InputError(f"{name!r} is no integrator; give one of {', '.join(sorted(known))}, such as radau")
+    if not colon:
+        return found[0]()
+    first = dataclasses.fields(found[0])[0].name
+    return found[0](validate.number(found[0].__name__, first, number, above=0.0))
 
 
 def choose(auto: Auto, world, time: float, simulate) -> Choice:

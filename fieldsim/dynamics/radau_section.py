@@ -56,10 +56,11 @@ def _refined(states, pierced, begin, after, heights, end):
         low, high = np.where(before, times, low), np.where(before, high, times)
         with np.errstate(divide="ignore", invalid="ignore"):
             step = times - height / rate
-        # Not (low < step < high), so that a NaN is caught as well.
-        middle = 0.5 * (low + high)
-        new = np.where(pierced, np.where((step > low) & (step < high), step, middle), after)
-        settled = np.abs(new - times) <= 2.0 * np.spacing(np.abs(times))
+        # Beyond an end by a rounding error is at that end; farther, or NaN, is no help.
+        slack = 2.0 * np.spacing(np.abs(times))
+        near = (step > low - slack) & (step < high + slack)
+        new = np.where(pierced, np.where(near, np.clip(step, low, high), 0.5 * (low + high)), after)
+        settled = np.abs(new - times) <= slack
         times = new
         if settled.all():
             break

@@ -8,13 +8,12 @@ from fieldsim.cli import main
 from fieldsim.dynamics.auto import Auto, Choice
 from fieldsim.dynamics.diagnostics import (
     Energy,
-    EnergyLog,
-    EnergyReport,
     angular_momentum,
     common_spin,
     energy,
     jacobi,
 )
+from fieldsim.dynamics.energy_log import EnergyLog, EnergyReport
 from fieldsim.dynamics.integrators import (
     BlanesMoan4,
     BlanesMoan6,
@@ -35,6 +34,7 @@ from fieldsim.dynamics.lyapunov import Lyapunov, lyapunov
 from fieldsim.dynamics.radau import Radau
 from fieldsim.dynamics.section import Crossings, Section, poincare
 from fieldsim.dynamics.simulation import Simulation
+from fieldsim.dynamics.totals import Drift
 from fieldsim.errors import (
     DeviceError,
     FieldsimError,
@@ -96,6 +96,7 @@ __all__ = [
     "Crossings",
     "DeviceError",
     "DirectionalLight",
+    "Drift",
     "Energy",
     "EnergyLog",
     "EnergyReport",

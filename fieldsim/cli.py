@@ -117,6 +117,20 @@ class _Device(click.ParamType):
         return value
 
 
+class _Integrator(click.ParamType):
+    name = "integrator"
+
+    def convert(self, value, param, ctx):
+        from fieldsim.dynamics.auto import integrator_named
+
+        if not isinstance(value, str):
+            return value
+        try:
+            return integrator_named(value)
+        except InputError as error:
+            self.fail(str(error), param, ctx)
+
+
 class _Positive(click.ParamType):
     name = "number"
 
@@ -152,6 +166,13 @@ def _film_options():
         click.Option(["--quality"], type=click.Choice(["draft", "final"]), help="draft is faster; final unless told."),
         click.Option(["--record"], metavar="RUN.npz", help="Keep the snapshots, to be drawn again or read with NumPy."),
         click.Option(["--replay"], metavar="RUN.npz", help="Draw a recording of this scenario instead of simulating."),
+        click.Option(
+            ["--integrator"],
+            type=_Integrator(),
+            metavar="NAME[:NUMBER]",
+            help="How things move: auto, radau, leapfrog:1e-3, blanesmoan6:0.05, ...; the scenario's unless told.",
+        ),
+        click.Option(["--energy-plot"], metavar="FILE", help="Draw how well energy is kept: .png, .svg or .pdf."),
         click.Option(["--preview"], is_flag=True, help="A quick look: half the width and height, draft, 10 frames/s."),
         click.Option(
             ["--debug"],
@@ -206,8 +227,10 @@ def _film(build, name, told, options):
     from fieldsim.launch import device_named
     from fieldsim.render.video import Film
 
-    out = options.pop("out")
+    out, energy_plot = options.pop("out"), options.pop("energy_plot")
     with _usage():
+        if energy_plot:
+            plots.checked_path(energy_plot)
         if out and pathlib.Path(out).suffix.lower() in plots.KINDS:
             plots.checked_path(out)
         else:
@@ -215,6 +238,8 @@ def _film(build, name, told, options):
     device_named(options["device"])
     scenario = scenarios.call(build, told)
     if isinstance(scenario, plots.Picture):
+        if energy_plot or options["integrator"]:
+            raise click.UsageError("the scenario is a picture: --integrator and --energy-plot are for films")
         _draw(scenario, out or f"{name}.png", options["size"])
         return
     out = out or f"{name}{'-preview' if options['preview'] else ''}.mp4"
@@ -223,6 +248,20 @@ def _film(build, name, told, options):
     with _progress(scenario.title or name) as watch:
         report = filming.film(scenario, out, watch=watch, **options)
     click.echo(str(report))
+    if energy_plot:
+        _draw_energy(report, energy_plot)
+
+
+def _draw_energy(report, path):
+    """Draw the log of a film's energy, or warn that there is none."""
+    from fieldsim import plots
+
+    if report.log is None or not report.log.history.times:
+        words = f"nothing is drawn to {path}: the film moves nothing whose energy is judged"
+        warnings.warn(words, FieldsimWarning, stacklevel=2)
+        return
+    plots.Picture(lambda size: plots.energy(report.log, size)).save(path)
+    click.echo(f"  {path}: how well energy was kept")
 
 
 @contextlib.contextmanager

@@ -7,7 +7,7 @@ import time
 import warnings
 
 from fieldsim import launch
-from fieldsim.dynamics.diagnostics import EnergyLog, EnergyReport
+from fieldsim.dynamics.energy_log import EnergyLog, EnergyReport
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.errors import FieldsimError, FieldsimWarning
 from fieldsim.recording import Recorded, Recording
@@ -43,7 +43,10 @@ class Clock:
 
 @dataclasses.dataclass
 class Report:
-    """What making a film took. Times in seconds of wall time; `energy` is None in a world without particles."""
+    """What making a film took. Times in seconds of wall time.
+
+    energy, log: how well energy was kept; None in a world where the dynamics move nothing.
+    """
 
     path: str
     size: tuple[int, int]
@@ -56,6 +59,7 @@ class Report:
     bounces: int = 0
     rays: int = 0
     energy: EnergyReport | None = None
+    log: EnergyLog | None = None
     integrator: str = ""
 
     @property
@@ -99,6 +103,7 @@ def film(
     scenario: Scenario,
     out,
     *,
+    integrator=None,
     size=None,
     fps: float | None = None,
     duration: float | None = None,
@@ -111,7 +116,8 @@ def film(
 ) -> Report:
     """Film `scenario` into `out` (see `Film` for what its ending means) and say what it took.
 
-    size: (width, height), 640x360 unless told; fps, duration: the scenario's unless told; quality: "draft" or "final".
+    size: (width, height), 640x360 unless told; fps, duration, integrator: the scenario's unless told.
+    quality: "draft" or "final".
     preview: a quick look: half the width and height, draft quality, 10 frames per second, where nothing else is told.
     record: path of a `Recording` to keep of the snapshots; replay: path of one to film instead of simulating, at its
     own times, with another camera or size, say.
@@ -119,6 +125,8 @@ def film(
     A simulation that fails under way ends the film: the frames so far are kept, and the FieldsimError says so.
     """
     recorded = Recorded(replay) if replay else None
+    if integrator is not None:
+        scenario = dataclasses.replace(scenario, integrator=integrator)
     duration = scenario.duration if duration is None else duration
     if fps is None:
         fps = recorded.fps if recorded else min(10.0, scenario.fps) if preview else scenario.fps
@@ -183,7 +191,7 @@ def _snapshots(scenario, times, device, report):
         return
     with report.simulating.running():
         simulation = Simulation(world, scenario.integrator, device=device)
-        log = EnergyLog(simulation)
+        report.log = log = EnergyLog(simulation)
     report.integrator = str(simulation.choice or simulation.integrator)
     for moment in times:
         with report.simulating.running():
@@ -191,5 +199,4 @@ def _snapshots(scenario, times, device, report):
             log.record()
             snapshot = simulation.snapshot()
         yield snapshot
-    if some:
-        report.particle_steps, report.bounces, report.energy = simulation.steps_done, simulation.bounces, log.report()
+    report.particle_steps, report.bounces, report.energy = simulation.steps_done, simulation.bounces, log.report()

@@ -26,12 +26,16 @@ def figure(size=SIZE):
 
 
 def energy(log, size=SIZE):
-    """How the invariant of an `EnergyLog` drifted: largest and rms over the particles, against time."""
-    drawing, axes = _axes(size, "time", f"relative drift of the {log.invariant}")
+    """How what an `EnergyLog` follows drifted: largest and rms over the particles, and all totals, against time."""
+    drawing, axes = _axes(size, "time", "relative drift")
     history = log.history
-    axes.semilogy(history.times, history.largest, label="largest")
-    axes.semilogy(history.times, history.rms, label="rms")
-    axes.legend()
+    lines = [(total.drifts, f"{total.quantity}, {total.whose}") for total in log.totals]
+    if history.largest:
+        lines += [(history.largest, f"{log.invariant}, largest"), (history.rms, f"{log.invariant}, rms")]
+    for drifts, label in lines:
+        axes.semilogy(history.times, drifts, label=label)
+    if lines:
+        axes.legend()
     return drawing
 
 

@@ -30,8 +30,9 @@ class Scenario:
     """What a film shows.
 
     world: what there is; camera: who looks; duration: length in seconds, of the film and of the world's time;
-    fps: frames per second; integrator: how particles move, None for `Leapfrog()`, "auto" for `Auto()`; title: for the
-    report, else the script's name.
+    fps: frames per second; title: for the report, else the script's name.
+    integrator: how particles and free bodies move: None for `Leapfrog()`, a splitting with its step such as
+    `BlanesMoan6(0.05)`, `Radau()`, or "auto" for `Auto()`, which chooses; docs/motion.md says which when.
     """
 
     world: World = dataclasses.field(kw_only=False)

@@ -12,7 +12,9 @@ import numpy as np
 import pytest
 import warp as wp
 
+import fieldsim as fs
 from fieldsim import cli
+from fieldsim.dynamics.auto import integrator_named
 
 SCENARIOS = pathlib.Path(__file__).parents[1] / "scenarios"
 
@@ -97,6 +99,39 @@ def test_preview_is_small(here, capsys):
     assert "1 frame of 32x18" in capsys.readouterr().out
 
 
+def test_any_integrator_and_a_plot_of_the_energy(here, capsys):
+    arguments = ("run", "planet", "--size", "32x18", "--quality", "draft", "--integrator", "omelyan4:0.01")
+    assert fieldsim(*arguments, "--energy-plot", "energy.png") == 0
+    told = capsys.readouterr().out
+    assert "particle-steps/s, Omelyan4(dt=0.01)" in told
+    assert told.endswith("  energy.png: how well energy was kept\n")
+    assert imageio.imread("energy.png").shape[:2] == (720, 960)
+    # Radau does not know these pebbles' bounces.
+    assert fieldsim("run", "planet", "--integrator", "radau") == 1
+    assert "contact Bounce" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("text", "integrator"),
+    [
+        ("auto", fs.Auto()),
+        ("Auto:1e-6", fs.Auto(1e-6)),
+        ("radau", fs.Radau()),
+        ("leapfrog:1e-3", fs.Leapfrog(1e-3)),
+        ("KahanLi8:0.05", fs.KahanLi8(0.05)),
+    ],
+)
+def test_integrators_have_names(text, integrator):
+    assert integrator_named(text) == integrator
+
+
+def test_a_film_in_which_nothing_moves_has_no_energy(here, capsys):
+    arguments = ("run", "planet", "--pebbles", 0, "--size", "8x8", "--quality", "draft", "--out", "p.png")
+    assert fieldsim(*arguments, "--energy-plot", "energy.png") == 0
+    assert "warning: nothing is drawn to energy.png" in capsys.readouterr().err
+    assert films(here) == ["p.png"]
+
+
 def test_a_still_needs_only_its_frame(here, capsys):
     assert fieldsim("run", "planet", "--out", "p.png", "--size", "32x18", "--quality", "draft") == 0
     assert "1 frame of 32x18" in capsys.readouterr().out
@@ -133,6 +168,8 @@ def test_every_picture_is_drawn(name, here, capsys):
     assert fieldsim("run", script, "--duration", 60, "--size", "320x240", "--out", "p.png", *PICTURES[name]) == 0
     assert capsys.readouterr() == ("p.png\n", "")
     assert imageio.imread("p.png").shape[:2] == (240, 320)
+    assert fieldsim("run", script, "--integrator", "radau") == 2
+    assert "--integrator and --energy-plot are for films" in capsys.readouterr().err
     assert fieldsim("run", script, "--out", "p.mp4") == 2
     assert "a picture ends in .png, .svg or .pdf" in capsys.readouterr().err
 
@@ -199,6 +236,11 @@ def test_version_and_info(capsys):
         (["planet", "--fps", "x"], "'x' is no number"),
         (["planet", "--device", "tpu"], "'tpu' is no device"),
         (["planet", "--quality", "best"], "'best' is not one of"),
+        (["planet", "--integrator", "euler"], "'euler' is no integrator; give one of Auto, BlanesMoan4, "),
+        (["planet", "--integrator", "leapfrog:0"], "Leapfrog: dt is 0; give a number above 0"),
+        (["planet", "--integrator", "auto:x"], "Auto: tolerance is 'x'; give a number"),
+        (["planet", "--energy-plot", "e.txt"], "a picture ends in .png, .svg or .pdf"),
+        (["planet", "--energy-plot", "nowhere/e.png"], "the folder 'nowhere' does not exist"),
         (["planet", "--out", "nowhere/a.mp4"], "the folder 'nowhere' does not exist; create it first"),
         (["planet", "--out", "a.avi"], "this ending is not known; give name.mp4"),
         (["planet", "more"], "unexpected extra argument"),

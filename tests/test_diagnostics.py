@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from fieldsim.dynamics.diagnostics import EnergyLog, EnergyReport, angular_momentum, common_spin, energy, jacobi
+from fieldsim.dynamics.diagnostics import angular_momentum, common_spin, energy, jacobi
+from fieldsim.dynamics.energy_log import EnergyLog, EnergyReport
 from fieldsim.dynamics.integrators import Leapfrog
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.errors import InputError

@@ -48,7 +48,7 @@ KNOWS = {
     "scenario": {"potentials", "world", "dynamics", "render", "plots"},
     "recording": {"potentials", "world"},
     "filming": {"recording", "potentials", "world", "dynamics", "render", "scenario"},
-    "cli": {"plots", "render", "scenario", "filming", "about"},
+    "cli": {"plots", "dynamics", "render", "scenario", "filming", "about"},
     "__main__": {"cli"},
 }
 

@@ -9,7 +9,7 @@ import warp as wp
 
 import fieldsim as fs
 from fieldsim.dynamics import simulation as module
-from fieldsim.dynamics.auto import choose
+from fieldsim.dynamics.auto import _closest, choose
 from fieldsim.dynamics.integrators import Splitting
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.dynamics.sources import Sources, Stages, hessian_at, upload
@@ -223,6 +223,44 @@ def test_auto_says_when_nothing_is_good_enough():
     with pytest.raises(fs.FieldsimError, match=r"none of Leapfrog keeps the energy to 1e-14 .* larger tolerance"):
         Simulation(world, fs.Auto(1e-14, candidates=(fs.Leapfrog,)))
     assert isinstance(Simulation(fs.World(), fs.Auto()).integrator, fs.Leapfrog)
+
+
+def falling(count=40):
+    """Eccentric, inclined orbits, which a bare ring deflects into ever new ones."""
+    rng = np.random.default_rng(0)
+    x = rng.normal(size=(count, 3))
+    x *= (rng.uniform(2.0, 3.5, count) / np.linalg.norm(x, axis=1))[:, None]
+    across = np.cross(x, rng.normal(size=(count, 3)))
+    across *= (rng.uniform(0.4, 0.6, count) / np.linalg.norm(across, axis=1))[:, None]
+    return x, across
+
+
+def test_auto_flies_ahead_and_takes_radau_where_fixed_steps_would_fail():
+    bare = fs.Body(fs.Circle((0, 0, 0), (0, 0, 1), 1.0), gravity=fs.Newtonian())
+    world = world_of(bare, *falling())
+    simulation = Simulation(world, fs.Auto(1e-5))
+    assert simulation.integrator == fs.Radau()
+    assert "Radau(tolerance=1e-09), chosen for" in str(simulation.choice)
+    # Over 25 orbits: rounding, magnified by speeds near the wire.
+    assert run_with_log(simulation, np.linspace(10.0, 400.0, 40)).report().largest < 1e-10
+    # The trial meets within half its time what the scout met in thirty.
+    whole, first, near = (Simulation(w, fs.Radau()) for w in (world, world, _closest(world, 0.0, 20.0, Simulation)))
+    for run, until in ((whole, 600.0), (first, 20.0), (near, 10.0)):
+        run.advance(until)
+    np.testing.assert_allclose(near.radau.closest[0], whole.radau.closest[0], rtol=0.1)
+    assert np.quantile(near.radau.closest[0] / first.radau.closest[0], 0.1) < 0.1
+    # Where nothing is known of Radau, nothing is chosen that would not do.
+    with pytest.raises(fs.FieldsimError, match="soften what the particles pass closely"):
+        Simulation(world, fs.Auto(1e-5, candidates=(fs.Leapfrog,)))
+
+
+def test_auto_leaves_radau_out_where_it_does_not_know_the_world():
+    world = world_of(DONUT)
+    world.add_particles([(3.0, 0, 0)], [(0, 0.5, 0)], gravity=fs.Newtonian(0.1), mass=1e-3)
+    choice = Simulation(world, fs.Auto(1e-6, candidates=(fs.Leapfrog, fs.Radau))).choice
+    assert isinstance(choice.integrator, fs.Leapfrog)
+    with pytest.raises(fs.FieldsimError, match="none of Radau keeps"):
+        Simulation(world, fs.Auto(1e-6, candidates=(fs.Radau,)))
 
 
 def run_with_log(simulation, times):

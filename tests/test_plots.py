@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from fieldsim import plots
-from fieldsim.dynamics.diagnostics import EnergyLog
+from fieldsim.dynamics.energy_log import EnergyLog
 from fieldsim.dynamics.lyapunov import Lyapunov
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.errors import InputError

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from fieldsim.dynamics.diagnostics import EnergyLog
+from fieldsim.dynamics.energy_log import EnergyLog
 from fieldsim.dynamics.integrators import BlanesMoan6, Leapfrog
+from fieldsim.dynamics.radau import Radau
 from fieldsim.dynamics.section import Section, poincare
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.errors import InputError
@@ -107,3 +108,49 @@ def test_energy_less_work_is_kept_to_the_methods_order(method):
     dt = {Leapfrog: 0.02, BlanesMoan6: 0.2}[method]
     slope = np.log2(drift(dt) / drift(dt / 2))
     assert abs(slope - method.order) < 0.5 if method is Leapfrog else slope > method.order - 0.5
+
+
+# Radau
+
+
+def test_under_radau_crossings_are_exact():
+    # Eccentricity 0.5, semi-major axis 1, from the pericentre; two others, one of them off the plane at first.
+    starts = [(0.5, 0, 0), (0.1, 0, 0), (0.5, -0.3, 0)]
+    world = world_of(SUN, starts, [(0, 3**0.5, 0), (0, 19**0.5, 0), (0, 1.5, 0.2)])
+    up = poincare(world, Section(normal=(0, 1, 0)), 40.0, Radau())
+    first = up.particles == 0
+    # Rounding of some 60 steps an orbit shifts its phase.
+    np.testing.assert_allclose(up.times[first], 2 * np.pi * np.arange(1, 7), rtol=0, atol=2e-13)
+    np.testing.assert_allclose(up.positions[first], np.tile(starts[0], (6, 1)), rtol=0, atol=2e-13)
+    np.testing.assert_allclose(up.velocities[first, 1], 3**0.5, rtol=0, atol=2e-13)
+    second = up.particles == 1
+    np.testing.assert_allclose(up.times[second], 2 * np.pi * np.arange(1, 7), rtol=0, atol=2e-12)
+    assert (np.diff(up.times) >= 0).all()
+    assert (up.times <= 40.0).all()
+    down = poincare(world, Section(normal=(0, 1, 0), direction=-1), 40.0, Radau())
+    both = poincare(world, Section(normal=(0, 1, 0), direction=0), 40.0, Radau())
+    # Times are rounded to 4e-15 at 40.
+    np.testing.assert_allclose(both.times, np.sort(np.concatenate([up.times, down.times])), rtol=0, atol=1e-14)
+    assert (np.abs(both.positions[:, 1]) <= 2e-14 * np.linalg.norm(both.velocities, axis=1)).all()
+    leapt = poincare(world, Section(normal=(0, 1, 0)), 40.0, BlanesMoan6(0.002))
+    np.testing.assert_array_equal(leapt.particles[leapt.particles != 1], up.particles[~second])
+    np.testing.assert_allclose(leapt.times[leapt.particles == 2], up.times[up.particles == 2], rtol=0, atol=1e-9)
+
+
+def test_under_radau_a_turning_plane_is_exact_too():
+    spin = Spin(rate=0.4, center=(0.1, 0, 0))
+    body = Body(Segment((-1, 0, 0), (1, 0, 0)), gravity=Newtonian(0.1), motion=spin)
+    world = world_of(body, [(2.0, 0, 0), (3.0, 0, 0.5)], [(0, 0.2, 0.3), (0, 0.6, 0)])
+    section = Section(normal=(0, 1, 0), direction=0, spin=spin)
+    found = poincare(world, section, 60.0, Radau())
+    np.testing.assert_allclose(found.positions[:, 1], 0.0, atol=1e-13)
+    leapt = poincare(world, section, 60.0, BlanesMoan6(0.005))
+    # Both start on the plane and leave it at once: at a time of rounding.
+    np.testing.assert_array_equal(found.particles[2:], leapt.particles[2:])
+    np.testing.assert_allclose(found.times, leapt.times, rtol=0, atol=1e-5)  # the plane's table is interpolated
+
+
+def test_one_that_is_lost_does_not_keep_the_others():
+    world = world_of(SUN, [(0.5, 0, 0), (1.0, 0, 0)], [(0, 3**0.5, 0), (0, 0, 0)])
+    found = poincare(world, Section(normal=(0, 1, 0)), 20.0, Radau())
+    np.testing.assert_array_equal(found.particles, [0, 0, 0])

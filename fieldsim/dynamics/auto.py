@@ -9,7 +9,8 @@ import numpy as np
 import warp as wp
 
 from fieldsim import validate
-from fieldsim.dynamics.diagnostics import EnergyLog, energy
+from fieldsim.dynamics.diagnostics import energy
+from fieldsim.dynamics.energy_log import EnergyLog
 from fieldsim.dynamics.integrators import (
     BlanesMoan6,
     Integrator,
@@ -21,6 +22,7 @@ from fieldsim.dynamics.integrators import (
     SofroniouSpaletta10,
     Splitting,
 )
+from fieldsim.dynamics.radau import Radau, beyond_radau
 from fieldsim.dynamics.sources import Sources, field_and_gradient, upload
 from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
 from fieldsim.world.world import World
@@ -36,6 +38,11 @@ ROUNDS = 8
 LEAST, MOST = 0.1, 0.5
 # A trial lasts so many dynamical times (speed over acceleration), of which an orbit takes about two and a half.
 SPAN = 3.0
+# A scout flies ahead for so many trials, and is looked at so many times during each.
+AHEAD = 30
+GLANCES = 4
+# An adaptive step's evaluation takes about so many times one of a splitting.
+RADAU_COST = 1.5
 
 
 @dataclasses.dataclass(frozen=True)
@@ -43,13 +50,17 @@ class Auto(Integrator):
     """The cheapest method and step that keep each particle's energy to `tolerance`, found by trial when a run starts.
 
     tolerance: of the energy, or the Jacobi integral where all that pulls turns, relative to kinetic plus absolute
-    potential energy at the start. span: duration of the trial, about an orbit unless told: what a run meets only
-    later, such as a closer passage, is not foreseen (`EnergyLog` tells of it). candidates: the methods to choose from.
+    potential energy at the start. span: duration of a trial, about an orbit unless told. candidates: the methods to
+    choose from; Radau is tried with its own tolerance, and only where it knows all that is in the world.
+
+    Where Radau can fly, a sample of the particles first flies ahead with it for 30 spans, and the trials start shortly
+    before the closest passage that each of them meets there. A passage closer still, later or by a particle not in the
+    sample, is not foreseen (`EnergyLog` tells of it).
     """
 
     tolerance: float = 1e-8
     span: float | None = None
-    candidates: tuple[type[Splitting], ...] = (
+    candidates: tuple[type[Integrator], ...] = (
         Omelyan6,
         BlanesMoan6,
         Omelyan4,
@@ -57,6 +68,7 @@ class Auto(Integrator):
         Omelyan8,
         KahanLi8,
         SofroniouSpaletta10,
+        Radau,
     )
 
     def __post_init__(self):
@@ -70,7 +82,7 @@ class Choice:
     """What `Auto` chose. error: of the energy, relative, in the trial; cost: evaluations a unit of time."""
 
     auto: Auto
-    integrator: Splitting
+    integrator: Integrator
     error: float
     cost: float
 
@@ -91,6 +103,22 @@ def integrator_of(owner: str, value) -> Integrator:
     return value
 
 
+def integrator_named(text: str) -> Integrator:
+    """The integrator called `text`: a method's name in any case, and after a colon its step or tolerance if told.
+
+    Such as "auto", "auto:1e-6", "radau", "leapfrog:1e-3", "kahanli8:0.05". Raises InputError for others.
+    """
+    name, colon, number = text.strip().partition(":")
+    known = {method.__name__: method for method in (Auto, Radau, *Splitting.__subclasses__())}
+    found = [method for title, method in known.items() if title.lower() == name.lower()]
+    if not found:
+        raise InputError(f"{name!r} is no integrator; give one of {', '.join(sorted(known))}, such as radau")
+    if not colon:
+        return found[0]()
+    first = dataclasses.fields(found[0])[0].name
+    return found[0](validate.number(found[0].__name__, first, number, above=0.0))
+
+
 def choose(auto: Auto, world, time: float, simulate) -> Choice:
     """Try the candidates on a sample of the world's particles. simulate: (world, integrator) -> Simulation at `time`.
 
@@ -101,16 +129,48 @@ def choose(auto: Auto, world, time: float, simulate) -> Choice:
     if not math.isfinite(pace):  # nothing moves, or nothing pulls
         return Choice(auto, Leapfrog(), 0.0, 1.0 / Leapfrog().dt)
     span = SPAN * pace if auto.span is None else auto.span
+    flyable = not beyond_radau(sample)
+    if flyable:
+        sample = _closest(sample, time, span, simulate)
     best = None
     for method in auto.candidates:
-        best = _better(best, method, auto, pace, span, functools.partial(simulate, sample))
+        if method is not Radau:
+            best = _better(best, method, auto, pace, span, functools.partial(simulate, sample))
+        elif flyable:
+            best = _adaptive(best, auto, span, functools.partial(simulate, sample))
     if best is None:
         names = ", ".join(method.__name__ for method in auto.candidates)
         raise FieldsimError(
             f"Auto: none of {names} keeps the energy to {auto.tolerance:g} over {span:.3g} from time {time:g} at a "
-            "reasonable cost; give a larger tolerance, soften what the particles pass closely, or use fs.Radau()"
+            "reasonable cost; give a larger tolerance, or soften what the particles pass closely"
         )
     return best
+
+
+def _closest(world, time, span, simulate):
+    """The world with each particle where it is shortly before its closest passage of the next AHEAD spans."""
+    simulation = simulate(world, Radau())
+    scout, piece = simulation.radau, span / GLANCES
+    positions, velocities = (np.concatenate(sets) for sets in (simulation.positions, simulation.velocities))
+    looks = [(positions, velocities)]
+    for look in range(1, AHEAD * GLANCES + 1):
+        scout.advance(time + piece * look)
+        looks.append(scout.at(time + piece * look))
+    tau, when = scout.closest
+    # At least a glance before it, so that a trial has it within its first half; where nothing changes, at the start.
+    chosen = np.where(np.isfinite(tau), np.maximum((when - time) // piece - 1, 0), 0).astype(int)
+    x, v = (np.stack(parts)[chosen, np.arange(len(chosen))] for parts in zip(*looks, strict=True))
+    return _with_states(world, x, v)
+
+
+def _with_states(world, x, v):
+    """The world with its particles at x (N, 3) with velocities v (N, 3)."""
+    moved = World(lights=world.lights, background=world.background)
+    moved.bodies = list(world.bodies)
+    ends = np.cumsum([len(particles) for particles in world.particles])[:-1]
+    for particles, here, speed in zip(world.particles, np.split(x, ends), np.split(v, ends), strict=True):
+        moved.particles.append(dataclasses.replace(particles, positions=here, velocities=speed))
+    return moved
 
 
 def _sample(world):
@@ -165,12 +225,35 @@ def _better(best, method, auto, pace, span, simulate):
     return best
 
 
+def _adaptive(best, auto, span, simulate):
+    """Radau where it meets the tolerance and is cheaper than `best`."""
+    simulations = []
+
+    def kept(integrator):
+        simulations.append(simulate(integrator))
+        return simulations[-1]
+
+    error = _error(Radau(), span / LOOKS, kept)
+    run = simulations[0].radau
+    cost = RADAU_COST * run.evaluations / (span * max(1, len(run.span[0])))
+    if error > auto.tolerance or (best and best.cost <= cost):
+        return best
+    return Choice(auto, Radau(), error, cost)
+
+
+def _finer(integrator):
+    """The same method with half the step."""
+    if isinstance(integrator, Radau):
+        return dataclasses.replace(integrator, tolerance=integrator.tolerance / 2**7)
+    return dataclasses.replace(integrator, dt=integrator.dt / 2)
+
+
 def _error(integrator, piece, simulate):
     """Largest relative error of energy in a trial; where nothing is kept, of the difference to half the step."""
     simulation = simulate(integrator)
     log = EnergyLog(simulation)
     times = simulation.time + piece * np.arange(1.0, LOOKS + 1.0)
-    finer = None if log.invariant else simulate(dataclasses.replace(integrator, dt=integrator.dt / 2))
+    finer = None if log.invariant else simulate(_finer(integrator))
     error = 0.0
     try:
         for moment in times:

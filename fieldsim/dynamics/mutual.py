@@ -63,6 +63,25 @@ def kick_kernel(kinds_used, kernel):
     return kick
 
 
+@functools.cache
+def potential_kernel(kernel):
+    """Kernel (pull, x; energies): potential energy of each particle in the pull of the others."""
+    point = _point_kernel(kernel)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def potential(start: int, pull: Pull, x: wp.array(dtype=wp.vec3d), energies: wp.array(dtype=wp.float64)):
+        i = start + wp.tid()
+        total = wp.float64(0.0)
+        for k in range(pull.sources.shape[0]):
+            if pull.sources[k] != i:
+                away = x[i] - x[pull.sources[k]]
+                h, _slope, _bend = point(wp.dot(away, away), pull.width, wp.float64(0.0))
+                total = total - pull.strengths[k] * h
+        energies[i] = total
+
+    return potential
+
+
 @wp.kernel(module="unique", enable_backward=False)
 def drift_kernel(
     start: int,
@@ -92,8 +111,9 @@ class MutualGravity:
                 "particles cannot both pull each other and collide with surfaces; give them contact=None, or no gravity"
             )
         strengths = [np.full(len(p), p.G * p.mass if p.gravity is not None else 0.0) for p in world.particles if len(p)]
-        self._strengths = np.concatenate([[], *strengths])
-        self._sources = np.flatnonzero(self._strengths)
+        # G m of each particle, 0 of those that do not pull.
+        self.strengths = np.concatenate([[], *strengths])
+        self._sources = np.flatnonzero(self.strengths)
 
     def __len__(self) -> int:
         return len(self._sources)
@@ -102,7 +122,7 @@ class MutualGravity:
     def _pull(self):
         pull = Pull()
         pull.sources = wp.array(self._sources, dtype=wp.int32, device=self.device)
-        pull.strengths = wp.array(self._strengths[self._sources], dtype=wp.float64, device=self.device)
+        pull.strengths = wp.array(self.strengths[self._sources], dtype=wp.float64, device=self.device)
         pull.width = self._kernel.width
         return pull
 
@@ -110,7 +130,7 @@ class MutualGravity:
         """Take all particles through `steps` steps; gravity: the bodies' tables at the stages of all of them."""
         if any(method.gradients):
             raise InputError(f"{method!r} cannot move particles that pull each other; give one without force gradients")
-        count = len(self._strengths)
+        count = len(self.strengths)
         kick = kick_kernel(kinds_used, type(self._kernel))
         options = {"device": self.device, "threads": self.threads, "grain": 16}
         for step in range(steps):
@@ -125,11 +145,8 @@ class MutualGravity:
 
     def potential_energies(self, positions: np.ndarray) -> np.ndarray:
         """Of each particle in the pull of the others, (N,): minus G m of the others times h, per unit of its mass."""
-        energies = np.zeros(len(positions))
-        jet = cells.CELLS[type(self._kernel), Point].jet.bindings["kernel"]
-        for k in self._sources:
-            r2 = np.sum((positions - positions[k]) ** 2, axis=1)
-            h = np.array([jet(r, self._kernel.width, 0.0)[0] for r in r2])
-            h[k] = 0.0
-            energies -= self._strengths[k] * h
-        return energies
+        points = wp.array(positions, dtype=wp.vec3d, device=self.device)
+        energies = wp.empty(len(positions), dtype=wp.float64, device=self.device)
+        kernel = potential_kernel(type(self._kernel))
+        launch(kernel, len(positions), [self._pull, points], [energies], device=self.device, threads=self.threads)
+        return energies.numpy()

@@ -52,6 +52,27 @@ class Radau(Integrator):
         return (5040.0 * self.tolerance) ** (1.0 / 7.0)
 
 
+def beyond_radau(world) -> str:
+    """What of a world Radau cannot move, and the remedy, or nothing."""
+    for index, particles in enumerate(world.particles):
+        if particles.contact is not None:
+            return (
+                f"particles of set {index} have contact {particles.contact!r}, which Radau does not know; "
+                "give them contact=None, or the simulation another integrator"
+            )
+    if world.escape_radius is not None:
+        return (
+            f"the world's escape_radius is {world.escape_radius:g}, which Radau does not know; "
+            "leave it out, or give the simulation another integrator"
+        )
+    if any(body.free for body in world.bodies) or any(p.gravity is not None for p in world.particles):
+        return (
+            "Radau moves neither free bodies nor particles that pull each other; "
+            "give a splitting such as fs.BlanesMoan6(dt)"
+        )
+    return ""
+
+
 class RadauRun:
     """The particles of a simulation under `Radau`: their state, and their dense output.
 
@@ -60,17 +81,9 @@ class RadauRun:
     """
 
     def __init__(self, radau: Radau, world, sources: Sources, positions, velocities, time: float, *, threads=None):
-        for index, particles in enumerate(world.particles):
-            if particles.contact is not None:
-                raise InputError(
-                    f"Simulation: particles of set {index} have contact {particles.contact!r}, which Radau does not "
-                    "know; give them contact=None, or the simulation another integrator"
-                )
-        if world.escape_radius is not None:
-            raise InputError(
-                f"Simulation: the world's escape_radius is {world.escape_radius:g}, which Radau does not know; "
-                "leave it out, or give the simulation another integrator"
-            )
+        refusal = beyond_radau(world)
+        if refusal:
+            raise InputError(f"Simulation: {refusal}")
         self._sources, self._device, self._threads = sources, positions.device, threads
         self._windows = Windows(sources, world, time, self._device)
         self._count = len(positions)
@@ -84,7 +97,7 @@ class RadauRun:
         flights.x, flights.v = wp.clone(positions), wp.clone(velocities)
         kinds = {
             wp.vec3d: ("x_rest", "v_rest", "x0", "v0", "x0_rest", "v0_rest", "a0"),
-            wp.float64: ("t_rest", "t0_rest", "h", "plan"),
+            wp.float64: ("t_rest", "t0_rest", "h", "plan", "tau_at"),
             Series: ("b", "miss"),
             wp.int32: ("lost",),
             wp.int64: ("steps", "evaluations"),
@@ -94,6 +107,7 @@ class RadauRun:
                 setattr(flights, name, wp.zeros(self._count, dtype=dtype, device=self._device))
         flights.t = wp.full(self._count, time, dtype=wp.float64, device=self._device)
         flights.t0 = wp.clone(flights.t)
+        flights.tau = wp.full(self._count, math.inf, dtype=wp.float64, device=self._device)
         return flights
 
     def _plan(self, radau, world, time):
@@ -132,11 +146,17 @@ class RadauRun:
                 return
             self._next_window()
 
-    def step(self) -> None:
-        """Fly every particle by one step, or to the end of the present window of the moving sources."""
-        if (self._flights.t.numpy() >= self._windows.end).all():
+    @property
+    def closest(self) -> tuple[np.ndarray, np.ndarray]:
+        """The shortest time in which each particle's acceleration changed so far, and when that was, each (N,)."""
+        return self._flights.tau.numpy().copy(), self._flights.tau_at.numpy().copy()
+
+    def step(self, until: float = math.inf) -> None:
+        """Fly every particle that is not yet at `until` by one step, which the sources' present window may cut."""
+        flying = self._flights.lost.numpy() == 0
+        if flying.any() and (self._flights.t.numpy()[flying] >= self._windows.end).all():
             self._next_window()
-        self._leg.until, self._leg.steps = self._windows.end, 1
+        self._leg.until, self._leg.steps = min(until, self._windows.end), 1
         self._fly()
 
     def at(self, times) -> tuple[np.ndarray, np.ndarray]:

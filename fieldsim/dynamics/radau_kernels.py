@@ -38,7 +38,7 @@ class Flights:
     x, v, t: position, velocity, time, with what rounding took in *_rest. x0, v0, t0, a0: the same at the last step's
     start, and the acceleration; h: its length, 0 before the first; b: its acceleration in powers. plan: length of the
     next step; miss: how far b was from what was expected of it. lost: 1 where no step is short enough. evaluations,
-    steps: counts.
+    steps: counts. tau: the shortest time in which the acceleration ever changed; tau_at: when that was.
     """
 
     x: wp.array(dtype=wp.vec3d)
@@ -61,6 +61,8 @@ class Flights:
     lost: wp.array(dtype=wp.int32)
     steps: wp.array(dtype=wp.int64)
     evaluations: wp.array(dtype=wp.int64)
+    tau: wp.array(dtype=wp.float64)
+    tau_at: wp.array(dtype=wp.float64)
 
 
 @wp.struct
@@ -146,6 +148,8 @@ def radau_kernel(kinds_used):
         plan = flights.plan[i]
         miss = flights.miss[i]
         lost = flights.lost[i]
+        shortest = flights.tau[i]
+        shortest_at = flights.tau_at[i]
         taken = wp.int32(0)
         evaluations = wp.int32(0)
         for _ in range(leg.steps):
@@ -172,7 +176,8 @@ def radau_kernel(kinds_used):
             evaluations += ORDER * sweeps
             b_new = in_powers(g)
             noise = ROUNDING * (leg.extent + wp.length(x)) / (h * h)
-            growth = leg.eta * lengthening(a, b_new, noise)
+            longer = lengthening(a, b_new, noise)
+            growth = leg.eta * longer
             if good == 1 and growth * CHANGE >= wp.float64(1.0):
                 taken += 1
                 x0 = x
@@ -193,6 +198,9 @@ def radau_kernel(kinds_used):
                 v, v_rest = added(v, v_rest, dv)
                 v, v_rest = added(v, v_rest, dv_rest)
                 t, t_rest = added(t, t_rest, h)
+                if h * longer < shortest:
+                    shortest = h * longer
+                    shortest_at = t
                 if h == left:
                     t = window.end
                     t_rest = wp.float64(0.0)
@@ -222,6 +230,8 @@ def radau_kernel(kinds_used):
         flights.plan[i] = plan
         flights.miss[i] = miss
         flights.lost[i] = lost
+        flights.tau[i] = shortest
+        flights.tau_at[i] = shortest_at
         flights.steps[i] = flights.steps[i] + wp.int64(taken)
         flights.evaluations[i] = flights.evaluations[i] + wp.int64(evaluations)
         running[i] = wp.where(t < leg.until and lost == 0, 1, 0)

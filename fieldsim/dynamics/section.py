@@ -8,8 +8,10 @@ import warp as wp
 
 from fieldsim import validate
 from fieldsim.dynamics.integrators import Leapfrog, Splitting, moments
+from fieldsim.dynamics.radau import Radau
+from fieldsim.dynamics.radau_section import radau_crossings
 from fieldsim.dynamics.simulation import Simulation
-from fieldsim.dynamics.sources import Stages, field_at
+from fieldsim.dynamics.sources import Stages, field_at, spin_poses
 from fieldsim.dynamics.state import State
 from fieldsim.dynamics.steps import Method, advance_of, method_of, part_of, particle_at, put
 from fieldsim.errors import InputError
@@ -41,6 +43,15 @@ class Section:
         if not isinstance(self.spin, Spin | None):
             raise InputError(f"Section: spin is {self.spin!r}; give the fs.Spin with which the plane turns, or None")
 
+    def seen(self, times, x, v) -> tuple[np.ndarray, np.ndarray]:
+        """Positions and velocities (M, 3) of the world's frame at `times` (M,), as seen from the section's frame."""
+        if self.spin is None:
+            return x, v
+        center, omega = np.array(self.spin.center), self.spin.rate * np.array(self.spin.axis)
+        turns, _places = spin_poses(self.spin, times)
+        relative = v - np.cross(omega, x - center)
+        return np.einsum("nji,nj->ni", turns, x - center) + center, np.einsum("nji,nj->ni", turns, relative)
+
 
 @dataclasses.dataclass(frozen=True)
 class Crossings:
@@ -61,14 +72,20 @@ class Crossings:
 def poincare(world, section: Section, duration: float, integrator=None, *, device=None, threads=None) -> Crossings:
     """Follow the particles of `world` for `duration` and collect where they pierce `section`.
 
-    A crossing is found on the quintic through position, velocity and acceleration at both ends of a step (error
-    dt^6). Particles move freely: those with a contact law are refused. integrator: `Leapfrog()` unless told.
+    integrator: `Leapfrog()` unless told. Under a splitting a crossing is found on the quintic through position,
+    velocity and acceleration at both ends of a step (error dt^6), under `Radau` to rounding. An orbit that pierces
+    the plane twice within one step only touches it, and is not seen to. Particles move freely: those with a contact law
+    are refused.
     """
     if not isinstance(section, Section):
         raise InputError(f"poincare: section is {section!r}; give a fs.Section")
     refuse_contact(world, "poincare")
     duration = validate.number("poincare", "duration", duration, above=0.0)
-    simulation = _Sectioned(world, splitting_for("poincare", integrator), device=device, threads=threads)
+    options = {"device": device, "threads": threads}
+    if isinstance(integrator, Radau):
+        simulation = Simulation(world, integrator, **options)
+        return _in_order(*radau_crossings(simulation.radau, section, 0.0, duration))
+    simulation = _Sectioned(world, splitting_for("poincare", integrator), **options)
     simulation.section = section
     simulation.advance(duration)
     return simulation.crossings()
@@ -136,19 +153,13 @@ class _Sectioned(Simulation):
         """What was found so far."""
         parts = self._found or [(np.zeros(0), np.zeros(0, dtype=int), np.zeros((0, 3)), np.zeros((0, 3)))]
         times, particles, x, v = (np.concatenate(part) for part in zip(*parts, strict=True))
-        order = np.lexsort((particles, times))
-        times, particles, x, v = times[order], particles[order], x[order], v[order]
-        return Crossings(times, particles, *_turned_back(self.section.spin, times, x, v))
+        return _in_order(times, particles, *self.section.seen(times, x, v))
 
 
-def _turned_back(spin, times, x, v):
-    """Positions and velocities of the world's frame, in the frame that turns with `spin`."""
-    if spin is None:
-        return x, v
-    center, omega = np.array(spin.center), spin.rate * np.array(spin.axis)
-    turns = np.array([spin(time).matrix for time in times]).reshape(-1, 3, 3)
-    relative = v - np.cross(omega, x - center)
-    return np.einsum("nji,nj->ni", turns, x - center) + center, np.einsum("nji,nj->ni", turns, relative)
+def _in_order(times, particles, x, v):
+    """Crossings in order of time."""
+    order = np.lexsort((particles, times))
+    return Crossings(times[order], particles[order], x[order], v[order])
 
 
 @wp.struct

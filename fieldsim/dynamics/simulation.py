@@ -73,11 +73,6 @@ class Simulation:
             self._release()
         self.radau = None
         if isinstance(self.integrator, Radau):
-            if self._free or self._mutual:
-                raise InputError(
-                    "Simulation: Radau moves neither free bodies nor particles that pull each other; "
-                    "give a splitting such as fs.BlanesMoan6(dt)"
-                )
             start = self._state.x, self._state.v, self.time
             self.radau = RadauRun(self.integrator, world, self._gravity, *start, threads=threads)
         self._still = upload(self._gravity, np.array([self.time]), self.device)
@@ -164,10 +159,11 @@ class Simulation:
         for index, (x, v) in enumerate(zip(self.positions, self.velocities, strict=True)):
             bad = np.flatnonzero(~np.isfinite(x + v).all(axis=1))
             if bad.size:
+                finer = "" if self.radau else ", or shorten dt"
                 raise FieldsimError(
                     f"at time {self.time:g} particle {bad[0]} of set {index} is at {tuple(x[bad[0]].tolist())} with "
                     f"velocity {tuple(v[bad[0]].tolist())} ({bad.size} such particles); "
-                    "soften what they fall into, or shorten dt"
+                    f"soften what they fall into{finer}"
                 )
 
     @property
@@ -251,6 +247,11 @@ class Simulation:
     def bodies(self) -> FreeBodies:
         """The free bodies: their state, energies, momenta and wrenches."""
         return self._free
+
+    @property
+    def mutual(self) -> MutualGravity:
+        """The pull of the particles on each other."""
+        return self._mutual
 
     def wrenches(self) -> Wrenches:
         """Forces and torques of every body on every free one, now, world frame."""

@@ -118,12 +118,12 @@ def _poses(motion, times):
     if motion == IDENTITY:
         return np.broadcast_to(np.eye(3), (len(times), 3, 3)), np.zeros((len(times), 3))
     if isinstance(motion, Spin):
-        return _spin_poses(motion, times)
+        return spin_poses(motion, times)
     poses = [pose_at(motion, time) for time in times]
     return np.stack([pose.matrix for pose in poses]), np.array([pose.position for pose in poses])
 
 
-def _spin_poses(spin, times):
+def spin_poses(spin, times):
     """Rodrigues' formula for all times at once: spins are common, and pose by pose would cost more than the forces."""
     x, y, z = spin.axis
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

@@ -1,0 +1,186 @@
+"""How well a run keeps what it ought to: each particle's invariant, and the totals of what moves together."""
+
+import dataclasses
+import warnings
+
+import numpy as np
+
+from fieldsim.dynamics.diagnostics import changing, common_spin, energy, jacobi
+from fieldsim.dynamics.integrators import Splitting
+from fieldsim.dynamics.totals import BODIES, Drift, totals_of
+from fieldsim.dynamics.work import Work
+from fieldsim.errors import FieldsimWarning
+from fieldsim.world.contact import Status
+
+# A drift beyond this share of the energies is no rounding: steps were too long for what was passed, or hit.
+LOST = 1e-2
+
+
+@dataclasses.dataclass(frozen=True)
+class EnergyReport:
+    """How well a run kept its invariants.
+
+    invariant: "energy", "Jacobi integral", "energy less work", or "" where no particle is judged by itself; largest,
+    rms: drift since the start relative to each particle's kinetic plus absolute potential energy there, over all
+    moments recorded; particles: how many never touched a surface and so were judged, of `total`; work: what moving
+    sources did on those, per unit mass, in sum. totals: drifts of what free bodies, or particles that pull each other,
+    keep together (see `Drift`).
+    """
+
+    invariant: str
+    largest: float
+    rms: float
+    particles: int
+    total: int
+    work: float = 0.0
+    totals: tuple[Drift, ...] = ()
+
+    def __str__(self):
+        sentences = [] if self.totals and not (self.total and self.invariant) else [self._of_each()]
+        return "; ".join(sentences + self._of_all())
+
+    def _of_each(self):
+        if not self.total:
+            return "no particles"
+        if not self.invariant:
+            return "no invariant to judge particles by: what pulls them moves in ways of its own"
+        if not self.particles:
+            return f"{self.invariant} not judged: all {self.total} particles touched a surface"
+        judged = f"{self.particles} of {self.total} particles, those that never touched a surface"
+        work = f"; the moving bodies did work {self.work:.3g}" if self.work else ""
+        return f"{self.invariant} drift at most {self.largest:.1e}, rms {self.rms:.1e} ({judged}){work}"
+
+    def _of_all(self):
+        """One sentence for each group of what moves together."""
+        groups = {}
+        for drift in self.totals:
+            groups.setdefault(drift.whose, []).append(f"{drift.quantity} {drift.largest:.1e}")
+        return [f"{whose}: drift of {', '.join(parts)}" for whose, parts in groups.items()]
+
+
+@dataclasses.dataclass
+class History:
+    """Drifts against time: of the particles the largest and the rms, one entry per moment recorded."""
+
+    times: list[float] = dataclasses.field(default_factory=list)
+    largest: list[float] = dataclasses.field(default_factory=list)
+    rms: list[float] = dataclasses.field(default_factory=list)
+
+
+class EnergyLog:
+    """Follows the invariants of a simulation: call `record()` now and then, read `report()` at the end.
+
+    Still bodies keep each particle's energy; bodies that all turn with one Spin keep its Jacobi integral; for other
+    motions the work that they do is followed and taken off (see `Work`), at some cost; under Radau, whose steps are
+    each particle's own, it is not, and no particle is judged, nor where bodies move freely or particles pull each
+    other. Particles that touched a surface lose or gain energy there and are left out from then on.
+
+    Free bodies together keep their energy, contacts included, where all prescribed bodies stand still, and where there
+    are none also their momentum and angular momentum; so do, together, particles that pull each other. These are
+    `totals`, each with its drifts at the moments of `history.times`.
+
+    The first particle whose drift exceeds LOST, and the first energy of all, are told of in a FieldsimWarning.
+    """
+
+    def __init__(self, simulation):
+        self._simulation = simulation
+        self.totals = totals_of(simulation)
+        pulling = [body for body in simulation.world.bodies if body.gravity is not None]
+        self._spin = common_spin(simulation.world)
+        still = not any(body.moving or changing(body) for body in pulling)
+        if simulation.mutual or any(body.free for body in pulling):
+            still, self._spin = False, None
+        follows = not (still or self._spin or simulation.mutual or simulation.bodies)
+        follows = follows and isinstance(simulation.integrator, Splitting)
+        self._work = Work(simulation) if follows else None
+        kept = "energy" if still else "Jacobi integral" if self._spin else ""
+        self.invariant = "energy less work" if self._work else kept
+        self.history = History()
+        self._squares = 0.0
+        self._count = 0
+        self._warned = set()
+        self._total = sum(len(particles) for particles in simulation.world.particles)
+        if self.judging:
+            start = energy(simulation.snapshot())
+            self._scale = np.maximum(start.kinetic + np.abs(start.potential), np.finfo(float).tiny)
+            self._start = self._values()
+
+    @property
+    def judging(self) -> bool:
+        """Whether there are particles, and an invariant to judge each by."""
+        return bool(self.invariant and self._total)
+
+    def _values(self):
+        snapshot = self._simulation.snapshot()
+        if self._spin:
+            return jacobi(snapshot, self._spin)
+        values = energy(snapshot).total
+        return values - self._work.values() if self._work else values
+
+    @property
+    def _judged(self):
+        """Which particles never touched a surface, nor escaped and were stopped."""
+        escaped = np.concatenate(self._simulation.states) == Status.ESCAPED
+        return (np.concatenate(self._simulation.bounce_counts) == 0) & ~escaped
+
+    def record(self) -> None:
+        """Take the present moment into account."""
+        if not (self.judging or self.totals):
+            return
+        self.history.times.append(self._simulation.time)
+        for total in self.totals:
+            if total.record() > LOST and total.quantity == "energy":
+                self._warn_of_total(total)
+        if not self.judging:
+            return
+        drift = np.where(self._judged, np.abs(self._values() - self._start) / self._scale, 0.0)
+        if drift.max() > LOST:
+            self._warn_of_particle(drift)
+        drift = drift[self._judged]
+        squares = float(np.sum(drift**2))
+        self._squares += squares
+        self._count += len(drift)
+        self.history.largest.append(float(drift.max(initial=0.0)))
+        self.history.rms.append((squares / max(1, len(drift))) ** 0.5)
+
+    def _warn_of_particle(self, drift):
+        worst = int(np.argmax(drift))
+        sizes = [len(particles) for particles in self._simulation.world.particles]
+        index = int(np.searchsorted(np.cumsum(sizes), worst, side="right"))
+        if isinstance(self._simulation.integrator, Splitting):
+            cause, remedy = "steps are too long for what it passes closely", "a shorter dt"
+            last = ", soften the body's gravity, or use fs.Radau()"
+        else:
+            cause, remedy = "it passes something too closely even for short steps", "a smaller tolerance"
+            last = ", or soften the body's gravity"
+        self._warn(
+            "particle",
+            f"the {self.invariant} of particle {worst - sum(sizes[:index])} of set {index}",
+            f"{drift[worst]:.1e}",
+            f"{cause}; give {self._simulation.integrator} {remedy}{last}",
+        )
+
+    def _warn_of_total(self, total):
+        softer = "a lower Rigid(stiffness=...)" if total.whose == BODIES else "a larger softening"
+        self._warn(
+            total.whose,
+            f"the energy of {total.whose}",
+            f"{total.drifts[-1]:.1e}",
+            f"steps are too long for what meets closely; give {self._simulation.integrator} a shorter dt, or {softer}",
+        )
+
+    def _warn(self, subject, what, size, advice):
+        """One warning for each subject."""
+        if subject not in self._warned:
+            self._warned.add(subject)
+            text = f"at time {self._simulation.time:g} {what} has drifted by {size} of its size: {advice}"
+            warnings.warn(text, FieldsimWarning, stacklevel=4)
+
+    def report(self) -> EnergyReport:
+        """The drift over all moments recorded so far."""
+        judged = int(self._judged.sum()) if self._total else 0
+        rms = (self._squares / self._count) ** 0.5 if self._count else 0.0
+        work = float(self._work.values()[self._judged].sum()) if self._work and self._total else 0.0
+        largest = max(self.history.largest, default=0.0)
+        totals = tuple(total.drift for total in self.totals)
+        return EnergyReport(self.invariant, largest, rms, judged, self._total, work, totals)

@@ -71,6 +71,7 @@ from fieldsim.world.material import Material
 from fieldsim.world.motion import Keyframes, Pose, Spin, timeline
 from fieldsim.world.rig import Bone, Rig
 from fieldsim.world.rigid import Rigid
+from fieldsim.world.shapes import Ball, Box, Capsule, Cylinder, Ellipsoid, Ground, ShapeGroup, TriangleSurface
 from fieldsim.world.world import Snapshot, World
 
 __all__ = [
@@ -78,20 +79,25 @@ __all__ = [
     "Arc",
     "Auto",
     "Background",
+    "Ball",
     "BlanesMoan4",
     "BlanesMoan6",
     "BlanesMoan6B",
     "Body",
     "Bone",
     "Bounce",
+    "Box",
     "Camera",
+    "Capsule",
     "Cauchy",
     "Chin4",
     "Choice",
     "Circle",
     "Crossings",
+    "Cylinder",
     "DeviceError",
     "DirectionalLight",
+    "Ellipsoid",
     "Energy",
     "EnergyLog",
     "EnergyReport",
@@ -102,6 +108,7 @@ __all__ = [
     "Film",
     "FilmError",
     "Gaussian",
+    "Ground",
     "InputError",
     "Integrator",
     "InverseSquare",
@@ -137,6 +144,7 @@ __all__ = [
     "ScenarioError",
     "Section",
     "Segment",
+    "ShapeGroup",
     "Simulation",
     "Snapshot",
     "SofroniouSpaletta10",
@@ -148,6 +156,7 @@ __all__ = [
     "TaperedSegment",
     "Triangle",
     "TriangleMesh",
+    "TriangleSurface",
     "World",
     "angular_momentum",
     "bezier",

@@ -17,6 +17,8 @@ from fieldsim.render.hermite import Scene
 from fieldsim.render.primary import OVERFLOW, trace_kernel
 from fieldsim.render.shading import BALLS, Balls, Hits, lights_of, shade_kernel
 from fieldsim.render.sky import sky_of
+from fieldsim.render.solids import SolidStage
+from fieldsim.render.solids_skeleton import MODES, drawn
 
 # Samples of a pixel on a 4 x 4 grid: four with no two in a row or column, then the other twelve.
 _ROOKS = ((0, 1), (1, 3), (2, 0), (3, 2))
@@ -37,16 +39,21 @@ class Renderer:
     size: (width, height) in pixels. quality: "draft" (edges get 4 samples a pixel) or "final" (up to 16).
     device: "cpu", "cuda", ... shadows, samples: switch shadows off, and set the greatest number of samples a pixel: 1,
     4 or 16. rays: traced so far. A camera inside a body sees its surface from within.
-    Raises InputError for a size or a quality that cannot be.
+    mode: how bodies are drawn: "soft", as their surfaces; "hard", each primitive by itself as what lies within the
+    material's radius: balls, capsules, arc tubes, slabs; "skeleton", as thin lines.
+    Raises InputError for a size, a quality or a mode that cannot be.
     """
 
-    def __init__(self, size=(640, 360), quality="final", device=None, *, shadows=True, samples=None):
+    def __init__(self, size=(640, 360), quality="final", device=None, *, shadows=True, samples=None, mode="soft"):
         self.size = _checked_size(size)
         if quality not in QUALITIES:
             raise InputError(f"Renderer: quality is {quality!r}; give 'draft' or 'final'")
         self.samples = QUALITIES[quality] if samples is None else samples
         if self.samples not in (1, 4, 16):
             raise InputError(f"Renderer: samples is {samples!r}; give 1, 4 or 16")
+        if mode not in MODES:
+            raise InputError(f"Renderer: mode is {mode!r}; give 'soft', 'hard' or 'skeleton'")
+        self.mode = mode
         self.device = device_named(device)
         self.shadows = shadows
         self.rays = 0
@@ -96,6 +103,7 @@ class Renderer:
             hits = Hits()
             for field, dtype in _HIT_FIELDS.items():
                 setattr(hits, field, wp.empty(count, dtype=dtype, device=self.device))
+            hits.blocked = wp.empty((0, 0), dtype=wp.uint8, device=self.device)
             self._hits[name] = hits
         return hits
 
@@ -114,6 +122,8 @@ class Renderer:
                 device=self.device,
                 grain=1,
             )
+        if stage.solids is not None:
+            stage.solids.overlay(hits, stage.lights, stage.view.pixel, count)
         return hits
 
     def _shade(self, stage, hits, count):
@@ -196,13 +206,13 @@ class Stage:
 
     def __init__(self, snapshot, camera, renderer):
         device = renderer.device
-        surface = snapshot.surface
         centers, radii, colors = snapshot.spheres
         eye = np.asarray(camera.eye)
+        self.view = _view(camera, renderer.size)
+        surface, solids = drawn(snapshot, renderer.mode, eye, self.view.pixel)
         self.count = len(surface.elements)
         self.kinds = surface.elements.kinds_used
-        self.unit = bounds.unit_of(surface.elements, radii)
-        self.view = _view(camera, renderer.size)
+        self.unit = bounds.unit_of(surface.elements, radii if len(radii) else solids.lengths)
         self.bounded = bounded = bounds.bound(surface.elements, eye, self.unit)
         self.scene = _scene(bounded, surface, device)
         shapes = capsules(bounded.start, bounded.end, bounded.radius, device)
@@ -212,6 +222,7 @@ class Stage:
         self.ball_lists = candidates(self.view, ball_shapes, device)
         self.lights = lights_of(snapshot.world.lights, eye, self.unit, renderer.shadows, device)
         self.sky = sky_of(snapshot.world.background, self.view.pixel)
+        self.solids = SolidStage(solids, eye, self.unit, device) if len(solids) else None
         self._bvhs = []
         needed = renderer.shadows and any(light.shadows for light in snapshot.world.lights)
         self.tree = self._tree(bounded.start, bounded.end, bounded.radius, device) if needed else wp.uint64(0)

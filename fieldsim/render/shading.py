@@ -41,9 +41,9 @@ class Balls:
 class Hits:
     """What each sample sees.
 
-    depth: distance, negative for a miss; thing: -1 nothing, 0.. a material, from BALLS on a particle; color: linear;
-    light: factors of ambient, diffuse and specular light, and the shininess; lift: how far above the hit shadow rays
-    start.
+    depth: distance, negative for a miss; thing: -1 nothing, 0.. a material, from BALLS on a particle, from SOLIDS on a
+    hard shape; color: linear; light: factors of ambient, diffuse and specular light, and the shininess; lift: how far
+    above the hit shadow rays start; blocked (samples, lights): whether a hard shape hides a light, empty without shapes.
     """
 
     direction: wp.array(dtype=wp.vec3)
@@ -53,9 +53,11 @@ class Hits:
     color: wp.array(dtype=wp.vec3)
     light: wp.array(dtype=wp.vec4)
     lift: wp.array(dtype=float)
+    blocked: wp.array2d(dtype=wp.uint8)
 
 
 BALLS = wp.constant(1 << 20)
+SOLIDS = wp.constant(1 << 30)
 
 
 @wp.func
@@ -166,6 +168,9 @@ def shade_kernel(kinds_used, in_scratch=False):
                 continue
             if lights.shadows[k] == 1:
                 cast += 1
+                if hits.blocked.shape[0] > 0:
+                    if hits.blocked[i, k] == wp.uint8(1):
+                        continue
                 far = wp.where(w[3] > 0.0, distance, hermite.FOREVER)
                 if ball_shadow(p, toward, far, balls):
                     continue

@@ -12,6 +12,8 @@ import click
 
 from fieldsim import scenario as scenarios
 from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
+from fieldsim.render.layers import LAYERS
+from fieldsim.render.solids_skeleton import MODES
 
 OK, FAILURE, USAGE, INTERRUPTED = 0, 1, 2, 130
 
@@ -150,6 +152,16 @@ def _film_options():
             ["--device"], type=_Device(), metavar="cpu|cuda", default="cpu", help="Where to compute; cpu unless told."
         ),
         click.Option(["--quality"], type=click.Choice(["draft", "final"]), help="draft is faster; final unless told."),
+        click.Option(
+            ["--mode"],
+            type=click.Choice(MODES),
+            help="Bodies as soft surfaces, as hard shapes, or as lines; soft unless told.",
+        ),
+        click.Option(
+            ["--layer"],
+            type=click.Choice(LAYERS),
+            help="Not colours but depth, normals, weights of the bodies, or steps of the rays.",
+        ),
         click.Option(["--preview"], is_flag=True, help="A quick look: half the width and height, draft, 10 frames/s."),
         click.Option(
             ["--debug"],

@@ -10,6 +10,7 @@ from fieldsim.dynamics.diagnostics import EnergyLog, EnergyReport
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.errors import FieldsimError, FieldsimWarning
 from fieldsim.render.image import Renderer
+from fieldsim.render.layers import LayerPictures
 from fieldsim.render.video import Film
 from fieldsim.scenario import Scenario
 from fieldsim.world.motion import timeline
@@ -103,11 +104,15 @@ def film(
     device: str | None = None,
     quality: str | None = None,
     preview: bool = False,
+    mode: str | None = None,
+    layer: str | None = None,
     watch=_unwatched,
 ) -> Report:
     """Film `scenario` into `out` (see `Film` for what its ending means) and say what it took.
 
     size: (width, height), 640x360 unless told; fps, duration: the scenario's unless told; quality: "draft" or "final".
+    mode: how bodies are drawn, "soft" unless told, see `Renderer`; layer: instead of colours, "depth", "normal",
+    "weights" or "steps".
     preview: a quick look: half the width and height, draft quality, 10 frames per second, where nothing else is told.
     watch: called with (frames done, frames in all) as the work goes on. A path that ends in .png gets the last frame.
     A simulation that fails under way ends the film: the frames so far are kept, and the FieldsimError says so.
@@ -117,7 +122,8 @@ def film(
     size = size or (tuple(n // 2 for n in SIZE) if preview else SIZE)
     quality = quality or ("draft" if preview else "final")
     times = timeline(duration, fps)
-    if not scenario.world.particles and all(body.surface is None for body in scenario.world.bodies):
+    world = scenario.world
+    if not world.particles and not world.shapes and all(body.surface is None for body in world.bodies):
         words = "nothing to see: no body has a surface, and there are no particles; give a body a surface=fs.Material()"
         warnings.warn(words, FieldsimWarning, stacklevel=2)
     begun = time.perf_counter()
@@ -125,12 +131,13 @@ def film(
         if target.still:
             times = times[-1:]
         report = Report(target.path, target.size, len(times))
-        renderer = Renderer(target.size, quality, device)
+        renderer = Renderer(target.size, quality, device, mode=mode or "soft")
+        pictures = LayerPictures(renderer, layer) if layer else renderer
         failures = []
         for done, snapshot in enumerate(_until_failure(_snapshots(scenario, times, device, report), failures)):
             watch(done, len(times))
             with report.rendering.running():
-                image = renderer.frame(snapshot, scenario.camera)
+                image = pictures.frame(snapshot, scenario.camera)
             with report.writing.running():
                 target.write(image)
         if failures and not target.frames:

@@ -37,7 +37,8 @@ _TRIES = wp.constant(12)
 class Scene:
     """Elements relative to the eye; see `bounds.Bounded`.
 
-    materials (M, 8): linear rgb, ambient, diffuse, specular, shininess, unused.
+    materials (M, 8): linear rgb, ambient, diffuse, specular, shininess, unused. work: for counted sweeps, of one ray:
+    evaluations of the field so far, and of single elements.
     """
 
     rows: wp.array2d(dtype=float)
@@ -48,6 +49,7 @@ class Scene:
     width: wp.array(dtype=float)
     owner: wp.array(dtype=int)
     materials: wp.array2d(dtype=float)
+    work: wp.array(dtype=int)
 
 
 @wp.func
@@ -179,9 +181,24 @@ def _next_node(
     return wp.max(wp.min(node, leave), t + 1.0e-6 * wp.abs(t)), head
 
 
+@wp.func
+def _uncounted(scene: Scene, elements: int):
+    pass
+
+
+@wp.func
+def _counted(scene: Scene, elements: int):
+    scene.work[0] = scene.work[0] + 1
+    scene.work[1] = scene.work[1] + elements
+
+
 @functools.cache
-def first_hit(kinds_used):
-    """The Warp function that sweeps a ray through sorted intervals, for the given cells."""
+def first_hit(kinds_used, counted=False):
+    """The Warp function that sweeps a ray through sorted intervals, for the given cells.
+
+    counted: it adds its evaluations to `Scene.work`.
+    """
+    count_work = _counted if counted else _uncounted
     element = cells.element_field(kinds_used).warp(wp.float32)
 
     @wp.func
@@ -199,11 +216,14 @@ def first_hit(kinds_used):
         p = o + t * d
         f = float(0.0)
         slope = float(0.0)
+        active = int(0)
         for k in range(head):
             if t1s[k] > since:
+                active += 1
                 f_i, x, y, z = element(p[0], p[1], p[2], scene.rows, scene.kinds, ids[k])
                 f += f_i
                 slope += x * d[0] + y * d[1] + z * d[2]
+        count_work(scene, active)
         if not (f < CEILING):
             return wp.log(CEILING), 0.0
         f = wp.max(f, FLOOR)

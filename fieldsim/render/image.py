@@ -10,7 +10,7 @@ import warp as wp
 
 from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.launch import device_named, launch
-from fieldsim.render import bounds
+from fieldsim.render import bounds, layers
 from fieldsim.render.camera import Camera
 from fieldsim.render.candidates import TILE, View, candidates, capsules
 from fieldsim.render.hermite import Scene
@@ -82,6 +82,12 @@ class Renderer:
         depth = hits.depth.numpy()[slot].reshape(height, width) * stage.unit
         return np.where(depth < 0, np.inf, depth), hits.normal.numpy()[slot].reshape(height, width, 3)
 
+    def layers(self, snapshot, camera: Camera) -> dict[str, np.ndarray]:
+        """What the rays through pixel centres find: arrays by the names of `layers.LAYERS`, and `owner`."""
+        stage = Stage(snapshot, camera.at(snapshot.time), self)
+        hits = self._trace(stage, self._grid, "layers", layered=True)
+        return layers.collect(hits, self._slot.numpy(), self.size, stage.unit, snapshot)
+
     def _layout(self):
         """Pixel centres in the order of tiles, and where each pixel is in that order."""
         width, height = self.size
@@ -99,7 +105,7 @@ class Renderer:
         """Hits with room for `count` samples, kept under `name`."""
         hits = self._hits.get(name)
         if hits is None or hits.depth.shape[0] < count:
-            count = int(1.25 * count) if name != "pixels" else count
+            count = int(1.25 * count) if name == "samples" else count
             hits = Hits()
             for field, dtype in _HIT_FIELDS.items():
                 setattr(hits, field, wp.empty(count, dtype=dtype, device=self.device))
@@ -107,16 +113,18 @@ class Renderer:
             self._hits[name] = hits
         return hits
 
-    def _trace(self, stage, samples, name) -> Hits:
+    def _trace(self, stage, samples, name, layered=False) -> Hits:
         count = samples.shape[0]
         hits = self._buffers(name, count)
+        if layered:
+            layers.prepare(hits, count, stage.scene.materials.shape[0], self.device)
         inputs = [stage.view, stage.scene, stage.lists, stage.balls, stage.ball_lists]
-        launch(trace_kernel(stage.kinds), count, [*inputs, samples, hits], device=self.device)
+        launch(trace_kernel(stage.kinds, layered=layered), count, [*inputs, samples, hits], device=self.device)
         self.rays += count
         late = np.flatnonzero(hits.thing.numpy()[:count] == int(OVERFLOW))
         for which, scratch in self._scratch(late, stage):
             launch(
-                trace_kernel(stage.kinds, True),
+                trace_kernel(stage.kinds, True, layered),
                 len(which),
                 [*inputs, which, samples, hits, *scratch],
                 device=self.device,

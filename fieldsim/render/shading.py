@@ -43,7 +43,8 @@ class Hits:
 
     depth: distance, negative for a miss; thing: -1 nothing, 0.. a material, from BALLS on a particle, from SOLIDS on a
     hard shape; color: linear; light: factors of ambient, diffuse and specular light, and the shininess; lift: how far
-    above the hit shadow rays start; blocked (samples, lights): whether a hard shape hides a light, empty without shapes.
+    above the hit shadow rays start; blocked (samples, lights): 1 where a hard shape hides a light, empty without any.
+    For layers alone: work (samples, 2): see `hermite.Scene`; weights (samples, materials): the materials' fields there.
     """
 
     direction: wp.array(dtype=wp.vec3)
@@ -54,6 +55,8 @@ class Hits:
     light: wp.array(dtype=wp.vec4)
     lift: wp.array(dtype=float)
     blocked: wp.array2d(dtype=wp.uint8)
+    work: wp.array2d(dtype=int)
+    weights: wp.array2d(dtype=float)
 
 
 BALLS = wp.constant(1 << 20)

@@ -317,7 +317,7 @@ def _smallest(kinds, sizes):
 
 
 def boxes(solids: shapes.Solids, which, sizes) -> tuple[np.ndarray, np.ndarray]:
-    """Least and greatest coordinates (n, 3), in their own frames, of the shapes `which`, whose sizes (., SIZES) are given."""
+    """Least and greatest coordinates (n, 3), in their own frames, of the shapes `which` with `sizes` (n, SIZES)."""
     kinds, s = solids.kinds[which], sizes[: len(which)]
     zero = np.zeros(len(which))
     round_ = np.stack([s[:, 0], s[:, 0], s[:, 1]], axis=1)

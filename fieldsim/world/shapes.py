@@ -29,6 +29,9 @@ SLAB = 7  # half thickness, half sizes along x and y (0: without end), tile of t
 MESH = 8  # unit of length of its vertices
 SIZES = 4
 
+# What shapes look like unless told.
+PLAIN = Material()
+
 
 def frame_along(z: np.ndarray) -> np.ndarray:
     """Rotations (..., 3, 3) whose third columns are the unit vectors z (..., 3)."""
@@ -300,7 +303,7 @@ class ShapeGroup:
     """
 
     shapes: tuple[Shape, ...]
-    materials: tuple[Material, ...] = (Material(),)
+    materials: tuple[Material, ...] = (PLAIN,)
     motion: object = IDENTITY
     name: str = ""
 

@@ -12,7 +12,7 @@ from fieldsim.world.body import Body, Particles
 from fieldsim.world.light import DEFAULT_LIGHTS, Background, Light
 from fieldsim.world.material import Material, color_rgb
 from fieldsim.world.motion import IDENTITY, Pose, pose_at
-from fieldsim.world.shapes import ShapeGroup, Solids, checked_poses, joined
+from fieldsim.world.shapes import PLAIN, ShapeGroup, Solids, checked_poses, joined
 
 
 class World:
@@ -49,7 +49,7 @@ class World:
         self.particles.append(particles)
         return particles
 
-    def add_shape(self, shape, material=Material(), motion=IDENTITY, *, name: str = "") -> ShapeGroup:
+    def add_shape(self, shape, material=PLAIN, motion=IDENTITY, *, name: str = "") -> ShapeGroup:
         """Add a hard object, or several that share a motion, which are seen but do not act; return their group.
 
         shape: `Ball`, `Ellipsoid`, `Box`, `Cylinder`, `Capsule`, `Ground`, `TriangleSurface`, or a list of such;

@@ -131,7 +131,7 @@ def shape_shadow(o: wp.vec3, d: wp.vec3, far: float, left_out: int, shapes: Shap
 
 @wp.func
 def normal_at(d: wp.vec3, t: float, shapes: Shapes, i: int):
-    """Outward normal of shape i where a ray from the eye meets it, in the shape's own frame, and the place there."""
+    """Where a ray from the eye meets shape i, in the shape's own frame: (normal to shade with, true normal, place)."""
     q = -(shapes.turn[i] * shapes.origin[i])
     e = shapes.turn[i] * d
     p = q + t * e
@@ -158,11 +158,10 @@ def normal_at(d: wp.vec3, t: float, shapes: Shapes, i: int):
         found = wp.mesh_query_ray(shapes.mesh[i], q / s[0], e, 1.001 * t / s[0] + 1.0e-3)
         n = found.normal
         if shapes.smooth[i] == 1:
-            n = wp.normalize(wp.mesh_eval_velocity(shapes.mesh[i], found.face, found.u, found.v))
-            n *= wp.where(wp.dot(n, found.normal) < 0.0, -1.0, 1.0)
+            return wp.normalize(wp.mesh_eval_velocity(shapes.mesh[i], found.face, found.u, found.v)), n, p
     elif p[2] < 0.0:
         n = -n
-    return n, p
+    return n, n, p
 
 
 @wp.func
@@ -192,7 +191,7 @@ def checkered(p: wp.vec3, e: wp.vec3, t: float, pixel: float, tile: float):
 @wp.func
 def _describe(i: int, t: float, which: int, d: wp.vec3, pixel: float, shapes: Shapes, hits: Hits):
     """Write a hit on a shape down; returns the shape that cannot shadow it: itself, where it is convex, else -1."""
-    n, p = normal_at(d, t, shapes, which)
+    n, flat, p = normal_at(d, t, shapes, which)
     e = shapes.turn[which] * d
     kind = shapes.kind[which]
     color = shapes.color[which]
@@ -200,7 +199,7 @@ def _describe(i: int, t: float, which: int, d: wp.vec3, pixel: float, shapes: Sh
     if kind == _SLAB and tile > 0.0:
         share = checkered(p, e, t, pixel, tile)
         color = share * color + (1.0 - share) * shapes.checker[which]
-    within = wp.dot(n, e) > 0.0
+    within = wp.dot(flat, e) > 0.0
     # From within, and from behind a plane or a face, its other side is seen.
     if within:
         n = -n
@@ -210,8 +209,8 @@ def _describe(i: int, t: float, which: int, d: wp.vec3, pixel: float, shapes: Sh
     hits.color[i] = color
     hits.light[i] = shapes.light[which]
     hits.lift[i] = _LIFT * shapes.size[which] + _ROUNDING * t
-    flat = kind == _SLAB and shapes.sizes[which][0] == 0.0
-    if flat or not (within or kind == _TUBE or kind == _MESH or kind == _SLAB):
+    thin = kind == _SLAB and shapes.sizes[which][0] == 0.0
+    if thin or not (within or kind == _TUBE or kind == _MESH or kind == _SLAB):
         return which
     return -1
 

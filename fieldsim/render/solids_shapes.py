@@ -36,6 +36,14 @@ def _within(o: float, d: float, half: float, t0: float, t1: float):
 
 
 @wp.func
+def _known_miss(t0: float, t1: float):
+    """The interval, made one that adds nothing to a span where it is empty."""
+    if t0 > t1:
+        return MISS, -MISS
+    return t0, t1
+
+
+@wp.func
 def ellipsoid_span(o: wp.vec3, d: wp.vec3, radii: wp.vec3):
     """Interval within an ellipsoid."""
     # In units of the semi-axes it is a unit ball.
@@ -78,6 +86,7 @@ def cylinder_span(o: wp.vec3, d: wp.vec3, radius: float, half: float):
 def capsule_span(o: wp.vec3, d: wp.vec3, radius: float, half: float):
     """Interval within a capsule along z: it is convex, so the span of its parts is its own."""
     t0, t1 = cylinder_span(o, d, radius, half)
+    t0, t1 = _known_miss(t0, t1)
     a0, a1 = pierce_sphere(o, d, wp.vec3(0.0, 0.0, -half), radius)
     b0, b1 = pierce_sphere(o, d, wp.vec3(0.0, 0.0, half), radius)
     return wp.min(t0, wp.min(a0, b0)), wp.max(t1, wp.max(a1, b1))
@@ -119,9 +128,7 @@ def prism_span(o: wp.vec3, d: wp.vec3, b: wp.vec3, c: wp.vec3, radius: float):
     t0, t1 = _inner(o, d, a, b, t0, t1)
     t0, t1 = _inner(o, d, b, c, t0, t1)
     t0, t1 = _inner(o, d, c, a, t0, t1)
-    if t0 > t1:
-        t0 = MISS
-        t1 = -MISS
+    t0, t1 = _known_miss(t0, t1)
     x0, x1 = _edge_span(o, d, a, b, radius)
     y0, y1 = _edge_span(o, d, b, c, radius)
     z0, z1 = _edge_span(o, d, c, a, radius)

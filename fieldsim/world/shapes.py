@@ -42,7 +42,7 @@ def frame_along(z: np.ndarray) -> np.ndarray:
     return np.stack([x, np.cross(z, x), z], axis=-1)
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, eq=False)
 class Shape:
     """A hard object, in the frame that its motion moves."""
 

@@ -72,6 +72,7 @@ from fieldsim.world.material import Material
 from fieldsim.world.motion import Keyframes, Pose, Spin, timeline
 from fieldsim.world.rig import Bone, Rig
 from fieldsim.world.rigid import Rigid
+from fieldsim.world.shapes import Ball, Box, Capsule, Cylinder, Ellipsoid, Ground, ShapeGroup, TriangleSurface
 from fieldsim.world.texture import Checker, Clouds, Marble, Texture, Wood
 from fieldsim.world.world import Snapshot, World
 
@@ -80,13 +81,16 @@ __all__ = [
     "Arc",
     "Auto",
     "Background",
+    "Ball",
     "BlanesMoan4",
     "BlanesMoan6",
     "BlanesMoan6B",
     "Body",
     "Bone",
     "Bounce",
+    "Box",
     "Camera",
+    "Capsule",
     "Cauchy",
     "Checker",
     "Chin4",
@@ -94,9 +98,11 @@ __all__ = [
     "Circle",
     "Clouds",
     "Crossings",
+    "Cylinder",
     "DeviceError",
     "DirectionalLight",
     "Drift",
+    "Ellipsoid",
     "Energy",
     "EnergyLog",
     "EnergyReport",
@@ -107,6 +113,7 @@ __all__ = [
     "Film",
     "FilmError",
     "Gaussian",
+    "Ground",
     "InputError",
     "Integrator",
     "InverseSquare",
@@ -145,6 +152,7 @@ __all__ = [
     "ScenarioError",
     "Section",
     "Segment",
+    "ShapeGroup",
     "Simulation",
     "Snapshot",
     "SofroniouSpaletta10",
@@ -157,6 +165,7 @@ __all__ = [
     "Texture",
     "Triangle",
     "TriangleMesh",
+    "TriangleSurface",
     "Wood",
     "World",
     "angular_momentum",

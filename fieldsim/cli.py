@@ -12,6 +12,8 @@ import click
 
 from fieldsim import scenario as scenarios
 from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
+from fieldsim.render.layers import LAYERS
+from fieldsim.render.solids_skeleton import MODES
 
 OK, FAILURE, USAGE, INTERRUPTED = 0, 1, 2, 130
 
@@ -173,6 +175,16 @@ def _film_options():
             help="How things move: auto, radau, leapfrog:1e-3, blanesmoan6:0.05, ...; the scenario's unless told.",
         ),
         click.Option(["--energy-plot"], metavar="FILE", help="Draw how well energy is kept: .png, .svg or .pdf."),
+        click.Option(
+            ["--mode"],
+            type=click.Choice(MODES),
+            help="Bodies as soft surfaces, as hard shapes, or as lines; soft unless told.",
+        ),
+        click.Option(
+            ["--layer"],
+            type=click.Choice(LAYERS),
+            help="Not colours but depth, normals, weights of the bodies, or steps of the rays.",
+        ),
         click.Option(["--preview"], is_flag=True, help="A quick look: half the width and height, draft, 10 frames/s."),
         click.Option(
             ["--debug"],

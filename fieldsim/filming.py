@@ -12,6 +12,7 @@ from fieldsim.dynamics.simulation import Simulation
 from fieldsim.errors import FieldsimError, FieldsimWarning
 from fieldsim.recording import Recorded, Recording
 from fieldsim.render.image import Renderer
+from fieldsim.render.layers import LayerPictures
 from fieldsim.render.video import Film
 from fieldsim.scenario import Scenario
 from fieldsim.world.motion import timeline
@@ -112,12 +113,15 @@ def film(
     preview: bool = False,
     record=None,
     replay=None,
+    mode: str | None = None,
+    layer: str | None = None,
     watch=_unwatched,
 ) -> Report:
     """Film `scenario` into `out` (see `Film` for what its ending means) and say what it took.
 
     size: (width, height), 640x360 unless told; fps, duration, integrator: the scenario's unless told.
-    quality: "draft" or "final".
+    quality: "draft" or "final". mode: how bodies are drawn, "soft" unless told, see `Renderer`; layer: instead of
+    colours, "depth", "normal", "weights" or "steps".
     preview: a quick look: half the width and height, draft quality, 10 frames per second, where nothing else is told.
     record: path of a `Recording` to keep of the snapshots; replay: path of one to film instead of simulating, at its
     own times, with another camera or size, say.
@@ -133,7 +137,8 @@ def film(
     size = size or (tuple(n // 2 for n in SIZE) if preview else SIZE)
     quality = quality or ("draft" if preview else "final")
     times = timeline(duration, fps) if recorded is None else recorded.times[recorded.times < duration].tolist()
-    if not scenario.world.particles and all(body.surface is None for body in scenario.world.bodies):
+    world = scenario.world
+    if not world.particles and not world.shapes and all(body.surface is None for body in world.bodies):
         words = "nothing to see: no body has a surface, and there are no particles; give a body a surface=fs.Material()"
         warnings.warn(words, FieldsimWarning, stacklevel=2)
     begun = time.perf_counter()
@@ -142,7 +147,8 @@ def film(
         if target.still:
             times = times[-1:]
         report = Report(target.path, target.size, len(times))
-        renderer = Renderer(target.size, quality, device)
+        renderer = Renderer(target.size, quality, device, mode=mode or "soft")
+        pictures = LayerPictures(renderer, layer) if layer else renderer
         failures = []
         moments = _snapshots(scenario, times, device, report)
         if recorded:
@@ -152,7 +158,7 @@ def film(
         for done, snapshot in enumerate(_until_failure(moments, failures)):
             watch(done, len(times))
             with report.rendering.running():
-                image = renderer.frame(snapshot, scenario.camera)
+                image = pictures.frame(snapshot, scenario.camera)
             with report.writing.running():
                 target.write(image)
         if failures and not target.frames:

@@ -39,6 +39,7 @@ class Scene:
 
     materials (M, 15): linear rgb, ambient, diffuse, specular, shininess, unused, and a texture's row (`Texture.row`).
     turns, shifts (M,): x -> turn x + shift takes a point to the frame of the material's body, in the world's units.
+    work: for counted sweeps, of one ray: evaluations of the field so far, and of single elements.
     """
 
     rows: wp.array2d(dtype=float)
@@ -51,6 +52,7 @@ class Scene:
     materials: wp.array2d(dtype=float)
     turns: wp.array(dtype=wp.mat33)
     shifts: wp.array(dtype=wp.vec3)
+    work: wp.array(dtype=int)
 
 
 @wp.func
@@ -182,9 +184,24 @@ def _next_node(
     return wp.max(wp.min(node, leave), t + 1.0e-6 * wp.abs(t)), head
 
 
+@wp.func
+def _uncounted(scene: Scene, elements: int):
+    pass
+
+
+@wp.func
+def _counted(scene: Scene, elements: int):
+    scene.work[0] = scene.work[0] + 1
+    scene.work[1] = scene.work[1] + elements
+
+
 @functools.cache
-def first_hit(kinds_used):
-    """The Warp function that sweeps a ray through sorted intervals, for the given cells."""
+def first_hit(kinds_used, counted=False):
+    """The Warp function that sweeps a ray through sorted intervals, for the given cells.
+
+    counted: it adds its evaluations to `Scene.work`.
+    """
+    count_work = _counted if counted else _uncounted
     element = cells.element_field(kinds_used).warp(wp.float32)
 
     @wp.func
@@ -202,11 +219,14 @@ def first_hit(kinds_used):
         p = o + t * d
         f = float(0.0)
         slope = float(0.0)
+        active = int(0)
         for k in range(head):
             if t1s[k] > since:
+                active += 1
                 f_i, x, y, z = element(p[0], p[1], p[2], scene.rows, scene.kinds, ids[k])
                 f += f_i
                 slope += x * d[0] + y * d[1] + z * d[2]
+        count_work(scene, active)
         if not (f < CEILING):
             return wp.log(CEILING), 0.0
         f = wp.max(f, FLOOR)

@@ -10,13 +10,15 @@ import warp as wp
 
 from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.launch import device_named, launch
-from fieldsim.render import bounds
+from fieldsim.render import bounds, layers
 from fieldsim.render.camera import Camera
 from fieldsim.render.candidates import TILE, View, candidates, capsules
 from fieldsim.render.hermite import Scene
 from fieldsim.render.primary import OVERFLOW, trace_kernel
 from fieldsim.render.shading import BALLS, Balls, Hits, lights_of, shade_kernel
 from fieldsim.render.sky import sky_of
+from fieldsim.render.solids import SolidStage
+from fieldsim.render.solids_skeleton import MODES, drawn
 
 # Samples of a pixel on a 4 x 4 grid: four with no two in a row or column, then the other twelve.
 _ROOKS = ((0, 1), (1, 3), (2, 0), (3, 2))
@@ -37,16 +39,21 @@ class Renderer:
     size: (width, height) in pixels. quality: "draft" (edges get 4 samples a pixel) or "final" (up to 16).
     device: "cpu", "cuda", ... shadows, samples: switch shadows off, and set the greatest number of samples a pixel: 1,
     4 or 16. rays: traced so far. A camera inside a body sees its surface from within.
-    Raises InputError for a size or a quality that cannot be.
+    mode: how bodies are drawn: "soft", as their surfaces; "hard", each primitive by itself as what lies within the
+    material's radius: balls, capsules, arc tubes, slabs; "skeleton", as thin lines.
+    Raises InputError for a size, a quality or a mode that cannot be.
     """
 
-    def __init__(self, size=(640, 360), quality="final", device=None, *, shadows=True, samples=None):
+    def __init__(self, size=(640, 360), quality="final", device=None, *, shadows=True, samples=None, mode="soft"):
         self.size = _checked_size(size)
         if quality not in QUALITIES:
             raise InputError(f"Renderer: quality is {quality!r}; give 'draft' or 'final'")
         self.samples = QUALITIES[quality] if samples is None else samples
         if self.samples not in (1, 4, 16):
             raise InputError(f"Renderer: samples is {samples!r}; give 1, 4 or 16")
+        if mode not in MODES:
+            raise InputError(f"Renderer: mode is {mode!r}; give 'soft', 'hard' or 'skeleton'")
+        self.mode = mode
         self.device = device_named(device)
         self.shadows = shadows
         self.rays = 0
@@ -75,6 +82,12 @@ class Renderer:
         depth = hits.depth.numpy()[slot].reshape(height, width) * stage.unit
         return np.where(depth < 0, np.inf, depth), hits.normal.numpy()[slot].reshape(height, width, 3)
 
+    def layers(self, snapshot, camera: Camera) -> dict[str, np.ndarray]:
+        """What the rays through pixel centres find: arrays by the names of `layers.LAYERS`, and `owner`."""
+        stage = Stage(snapshot, camera.at(snapshot.time), self)
+        hits = self._trace(stage, self._grid, "layers", layered=True)
+        return layers.collect(hits, self._slot.numpy(), self.size, stage.unit, snapshot)
+
     def _layout(self):
         """Pixel centres in the order of tiles, and where each pixel is in that order."""
         width, height = self.size
@@ -92,28 +105,33 @@ class Renderer:
         """Hits with room for `count` samples, kept under `name`."""
         hits = self._hits.get(name)
         if hits is None or hits.depth.shape[0] < count:
-            count = int(1.25 * count) if name != "pixels" else count
+            count = int(1.25 * count) if name == "samples" else count
             hits = Hits()
             for field, dtype in _HIT_FIELDS.items():
                 setattr(hits, field, wp.empty(count, dtype=dtype, device=self.device))
+            hits.blocked = wp.empty((0, 0), dtype=wp.uint8, device=self.device)
             self._hits[name] = hits
         return hits
 
-    def _trace(self, stage, samples, name) -> Hits:
+    def _trace(self, stage, samples, name, layered=False) -> Hits:
         count = samples.shape[0]
         hits = self._buffers(name, count)
+        if layered:
+            layers.prepare(hits, count, stage.scene.materials.shape[0], self.device)
         inputs = [stage.view, stage.scene, stage.lists, stage.balls, stage.ball_lists]
-        launch(trace_kernel(stage.kinds), count, [*inputs, samples, hits], device=self.device)
+        launch(trace_kernel(stage.kinds, layered=layered), count, [*inputs, samples, hits], device=self.device)
         self.rays += count
         late = np.flatnonzero(hits.thing.numpy()[:count] == int(OVERFLOW))
         for which, scratch in self._scratch(late, stage):
             launch(
-                trace_kernel(stage.kinds, True),
+                trace_kernel(stage.kinds, True, layered),
                 len(which),
                 [*inputs, which, samples, hits, *scratch],
                 device=self.device,
                 grain=1,
             )
+        if stage.solids is not None:
+            stage.solids.overlay(hits, stage.lights, stage.view.pixel, count)
         return hits
 
     def _shade(self, stage, hits, count):
@@ -196,13 +214,13 @@ class Stage:
 
     def __init__(self, snapshot, camera, renderer):
         device = renderer.device
-        surface = snapshot.surface
         centers, radii, colors = snapshot.spheres
         eye = np.asarray(camera.eye)
+        self.view = _view(camera, renderer.size)
+        surface, solids = drawn(snapshot, renderer.mode, eye, self.view.pixel)
         self.count = len(surface.elements)
         self.kinds = surface.elements.kinds_used
-        self.unit = bounds.unit_of(surface.elements, radii)
-        self.view = _view(camera, renderer.size)
+        self.unit = bounds.unit_of(surface.elements, radii if len(radii) else solids.lengths)
         self.bounded = bounded = bounds.bound(surface.elements, eye, self.unit)
         self.scene = _scene(bounded, surface, eye, self.unit, device)
         shapes = capsules(bounded.start, bounded.end, bounded.radius, device)
@@ -212,6 +230,7 @@ class Stage:
         self.ball_lists = candidates(self.view, ball_shapes, device)
         self.lights = lights_of(snapshot.world.lights, eye, self.unit, renderer.shadows, device)
         self.sky = sky_of(snapshot.world.background, self.view.pixel)
+        self.solids = SolidStage(solids, eye, self.unit, device) if len(solids) else None
         self._bvhs = []
         needed = renderer.shadows and any(light.shadows for light in snapshot.world.lights)
         self.tree = self._tree(bounded.start, bounded.end, bounded.radius, device) if needed else wp.uint64(0)

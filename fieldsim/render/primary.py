@@ -36,10 +36,36 @@ def nearest_ball(d: wp.vec3, tile: int, lists: Candidates, balls: Balls):
     return best, which
 
 
+@wp.func
+def _ray_alone(scene: hermite.Scene, hits: Hits, i: int):
+    return scene
+
+
+@wp.func
+def _ray_counted(scene: hermite.Scene, hits: Hits, i: int):
+    scene.work = hits.work[i]
+    return scene
+
+
+@wp.func
+def _unweighed(hits: Hits, i: int, material: int, weight: float):
+    pass
+
+
+@wp.func
+def _weighed(hits: Hits, i: int, material: int, weight: float):
+    hits.weights[i, material] = hits.weights[i, material] + weight
+
+
 @functools.cache
-def trace_kernel(kinds_used, in_scratch=False):
-    """The kernel that traces samples. in_scratch: intervals live in global memory, with room for all elements."""
-    sweep = hermite.first_hit(kinds_used)
+def trace_kernel(kinds_used, in_scratch=False, layered=False):
+    """The kernel that traces samples.
+
+    in_scratch: intervals live in global memory, with room for all elements; layered: adds to `Hits.work` and
+    `Hits.weights`.
+    """
+    sweep = hermite.first_hit(kinds_used, layered)
+    of_ray, weigh = (_ray_counted, _weighed) if layered else (_ray_alone, _unweighed)
     element = cells.element_field(kinds_used).warp(wp.float32)
 
     @wp.func
@@ -117,6 +143,7 @@ def trace_kernel(kinds_used, in_scratch=False):
             j = ids[k]
             f_j, x, y, z = element(p[0], p[1], p[2], scene.rows, scene.kinds, j)
             m = scene.owner[j]
+            weigh(hits, i, m, f_j)
             f += f_j
             slope += wp.vec3(x, y, z)
             color += f_j * color_at(scene, m, p)
@@ -156,7 +183,7 @@ def trace_kernel(kinds_used, in_scratch=False):
         d = direction(view, s[0], s[1])
         tile = int(s[1]) // TILE * view.tiles + int(s[0]) // TILE
         far, ball = nearest_ball(d, tile, ball_lists, balls)
-        hit, side, count = first_surface(d, far, tile, scene, lists, ids, t0s, t1s, room)
+        hit, side, count = first_surface(d, far, tile, of_ray(scene, hits, i), lists, ids, t0s, t1s, room)
         hits.direction[i] = d
         hits.depth[i] = hit
         hits.thing[i] = -1

@@ -41,9 +41,10 @@ class Balls:
 class Hits:
     """What each sample sees.
 
-    depth: distance, negative for a miss; thing: -1 nothing, 0.. a material, from BALLS on a particle; color: linear;
-    light: factors of ambient, diffuse and specular light, and the shininess; lift: how far above the hit shadow rays
-    start.
+    depth: distance, negative for a miss; thing: -1 nothing, 0.. a material, from BALLS on a particle, from SOLIDS on a
+    hard shape; color: linear; light: factors of ambient, diffuse and specular light, and the shininess; lift: how far
+    above the hit shadow rays start; blocked (samples, lights): 1 where a hard shape hides a light, empty without any.
+    For layers alone: work (samples, 2): see `hermite.Scene`; weights (samples, materials): the materials' fields there.
     """
 
     direction: wp.array(dtype=wp.vec3)
@@ -53,9 +54,13 @@ class Hits:
     color: wp.array(dtype=wp.vec3)
     light: wp.array(dtype=wp.vec4)
     lift: wp.array(dtype=float)
+    blocked: wp.array2d(dtype=wp.uint8)
+    work: wp.array2d(dtype=int)
+    weights: wp.array2d(dtype=float)
 
 
 BALLS = wp.constant(1 << 20)
+SOLIDS = wp.constant(1 << 30)
 
 
 @wp.func
@@ -166,6 +171,9 @@ def shade_kernel(kinds_used, in_scratch=False):
                 continue
             if lights.shadows[k] == 1:
                 cast += 1
+                if hits.blocked.shape[0] > 0:
+                    if hits.blocked[i, k] == wp.uint8(1):
+                        continue
                 far = wp.where(w[3] > 0.0, distance, hermite.FOREVER)
                 if ball_shadow(p, toward, far, balls):
                     continue

@@ -1,4 +1,4 @@
-"""Worlds: bodies, particles, lights and a background; and what they look like at one moment."""
+"""Worlds: bodies, particles, hard shapes, lights and a background; and what they look like at one moment."""
 
 import dataclasses
 import functools
@@ -12,7 +12,8 @@ from fieldsim.world.body import Body, Particles
 from fieldsim.world.color import color_rgb
 from fieldsim.world.light import DEFAULT_LIGHTS, Background, Light
 from fieldsim.world.material import Material
-from fieldsim.world.motion import Pose, pose_at
+from fieldsim.world.motion import IDENTITY, Pose, pose_at
+from fieldsim.world.shapes import PLAIN, ShapeGroup, Solids, checked_poses, joined
 
 
 class World:
@@ -26,6 +27,7 @@ class World:
     ):
         self.bodies: list[Body] = []
         self.particles: list[Particles] = []
+        self.shapes: list[ShapeGroup] = []
         self.lights = tuple(lights)
         self.background = background or Background()
         if escape_radius is not None:
@@ -48,6 +50,16 @@ class World:
         self.particles.append(particles)
         return particles
 
+    def add_shape(self, shape, material=PLAIN, motion=IDENTITY, *, name: str = "") -> ShapeGroup:
+        """Add a hard object, or several that share a motion, which are seen but do not act; return their group.
+
+        shape: `Ball`, `Ellipsoid`, `Box`, `Cylinder`, `Capsule`, `Ground`, `TriangleSurface`, or a list of such;
+        material: its colour and lighting factors count; motion: see `ShapeGroup`.
+        """
+        group = ShapeGroup(shape, material, motion, name)
+        self.shapes.append(group)
+        return group
+
     def at(self, time: float) -> "Snapshot":
         """The world at `time`: moving and deforming bodies as they are then, particles as they start."""
         return Snapshot(
@@ -63,7 +75,8 @@ class World:
 class Snapshot:
     """One moment: all that a frame needs.
 
-    poses: one per body; positions, velocities: one (N, 3) array per set of particles, world frame.
+    poses: one per body; positions, velocities: one (N, 3) array per set of particles, world frame; shape_poses: one
+    pair of positions (N, 3) and rotations ((N, 4) or (N, 3, 3)) per group of hard shapes, None: as their motions say.
     """
 
     world: World
@@ -71,6 +84,7 @@ class Snapshot:
     poses: tuple[Pose, ...]
     positions: tuple[np.ndarray, ...]
     velocities: tuple[np.ndarray, ...]
+    shape_poses: tuple[tuple[np.ndarray, np.ndarray], ...] | None = None
 
     def poses_at(self, index: int, times) -> tuple[np.ndarray, np.ndarray]:
         """Rotations (n, 3, 3) and positions (n, 3) of body `index`: those of this moment, at each of the n `times`."""
@@ -93,6 +107,16 @@ class Snapshot:
         grouped, order = cells.concatenate(parts).grouped()
         owner = np.concatenate(owners)[order] if owners else np.zeros(0, dtype=np.int32)
         return Surface(grouped, owner, tuple(materials), tuple(poses))
+
+    @functools.cached_property
+    def shapes(self) -> Solids:
+        """All hard shapes in the world's frame."""
+        groups = self.world.shapes
+        if self.shape_poses is None:
+            poses = [group.poses_at(self.time) for group in groups]
+        else:
+            poses = [checked_poses(p, len(g.shapes)) for g, p in zip(groups, self.shape_poses, strict=True)]
+        return joined(group.solids(self.time).placed(*pose) for group, pose in zip(groups, poses, strict=True))
 
     @functools.cached_property
     def spheres(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -1,0 +1,369 @@
+"""Hard shapes in the picture: a pass over hits that puts them where they are nearer, and finds the shadows they cast.
+
+It runs between the tracing of the soft surfaces, whichever solver did that, and the shading, which needs no word of it:
+a hit on a shape is a hit like any other, and `Hits.blocked` says which lights shapes hide.
+"""
+
+# ruff: noqa: UP018, RUF046 - float(0.0) and int(0) make variables that Warp lets a loop change
+
+import weakref
+
+import numpy as np
+import warp as wp
+
+from fieldsim.launch import launch
+from fieldsim.render import solids_shapes as geometry
+from fieldsim.render.hermite import FOREVER
+from fieldsim.render.shading import SOLIDS, Hits, Lights
+from fieldsim.render.volumes import pierce_sphere
+from fieldsim.world import shapes
+
+_BALL, _ELLIPSOID, _CYLINDER, _CAPSULE, _BOX, _TUBE, _PRISM, _SLAB, _MESH = (
+    wp.constant(kind)
+    for kind in (
+        shapes.BALL,
+        shapes.ELLIPSOID,
+        shapes.CYLINDER,
+        shapes.CAPSULE,
+        shapes.BOX,
+        shapes.TUBE,
+        shapes.PRISM,
+        shapes.SLAB,
+        shapes.MESH,
+    )
+)
+_LIFT = wp.constant(1.0e-4)  # of a shape's size: how far above it shadow rays start
+_ROUNDING = wp.constant(2.0e-6)  # of the depth, likewise
+
+
+@wp.struct
+class Shapes:
+    """Hard shapes relative to the eye, those with an end first.
+
+    origin; turn: rotation into the shape's own frame; sizes: see `world.shapes`; size: its smallest length; mesh: id of
+    a wp.Mesh; label: number in the snapshot; color, checker: linear; light: as in `Hits`; bounded: how many have an
+    end; tree: a wp.Bvh of those.
+    """
+
+    kind: wp.array(dtype=int)
+    origin: wp.array(dtype=wp.vec3)
+    turn: wp.array(dtype=wp.mat33)
+    sizes: wp.array(dtype=wp.vec4)
+    size: wp.array(dtype=float)
+    mesh: wp.array(dtype=wp.uint64)
+    smooth: wp.array(dtype=int)
+    label: wp.array(dtype=int)
+    color: wp.array(dtype=wp.vec3)
+    checker: wp.array(dtype=wp.vec3)
+    light: wp.array(dtype=wp.vec4)
+    bounded: int
+    tree: wp.uint64
+
+
+@wp.func
+def crossing(o: wp.vec3, d: wp.vec3, far: float, shapes: Shapes, i: int):
+    """Where a ray first crosses shape i, ahead of o; at least `far` or FOREVER where it does not before `far`."""
+    q = shapes.turn[i] * (o - shapes.origin[i])
+    e = shapes.turn[i] * d
+    s = shapes.sizes[i]
+    kind = shapes.kind[i]
+    t0 = float(1.0)
+    t1 = float(0.0)
+    if kind == _SLAB:
+        return geometry.slab_crossing(q, e, s[0], s[1], s[2])
+    if kind == _TUBE:
+        return geometry.tube_crossing(q, e, s[0], s[1], s[2])
+    if kind == _MESH:
+        found = wp.mesh_query_ray(shapes.mesh[i], q / s[0], e, wp.min(far / s[0], FOREVER))
+        return wp.where(found.result, found.t * s[0], FOREVER)
+    if kind == _BALL:
+        t0, t1 = pierce_sphere(q, e, wp.vec3(0.0, 0.0, 0.0), s[0])
+    elif kind == _BOX:
+        t0, t1 = geometry.box_span(q, e, wp.vec3(s[0], s[1], s[2]))
+    elif kind == _CAPSULE:
+        t0, t1 = geometry.capsule_span(q, e, s[0], s[1])
+    elif kind == _CYLINDER:
+        t0, t1 = geometry.cylinder_span(q, e, s[0], s[1])
+    elif kind == _ELLIPSOID:
+        t0, t1 = geometry.ellipsoid_span(q, e, wp.vec3(s[0], s[1], s[2]))
+    else:
+        t0, t1 = geometry.prism_span(q, e, wp.vec3(s[0], 0.0, 0.0), wp.vec3(s[1], s[2], 0.0), s[3])
+    return geometry.ahead(t0, t1)
+
+
+@wp.func
+def nearest_shape(o: wp.vec3, d: wp.vec3, far: float, shapes: Shapes):
+    """(t, i) of the first shape that a ray meets before `far`; i = -1 for none."""
+    best = float(far)
+    which = int(-1)
+    if shapes.bounded > 0:
+        query = wp.bvh_query_ray(shapes.tree, o, d)
+        i = int(0)
+        while wp.bvh_query_next(query, i, best):
+            t = crossing(o, d, best, shapes, i)
+            if t < best:
+                best = t
+                which = i
+    for j in range(shapes.bounded, shapes.kind.shape[0]):
+        t = crossing(o, d, best, shapes, j)
+        if t < best:
+            best = t
+            which = j
+    return best, which
+
+
+@wp.func
+def shape_shadow(o: wp.vec3, d: wp.vec3, far: float, left_out: int, shapes: Shapes):
+    """Whether a shape other than `left_out` stands in the way."""
+    if shapes.bounded > 0:
+        query = wp.bvh_query_ray(shapes.tree, o, d)
+        i = int(0)
+        while wp.bvh_query_next(query, i, far):
+            if i != left_out:
+                if crossing(o, d, far, shapes, i) < far:
+                    return True
+    for j in range(shapes.bounded, shapes.kind.shape[0]):
+        if j != left_out:
+            if crossing(o, d, far, shapes, j) < far:
+                return True
+    return False
+
+
+@wp.func
+def normal_at(d: wp.vec3, t: float, shapes: Shapes, i: int):
+    """Where a ray from the eye meets shape i, in the shape's own frame: (normal to shade with, true normal, place)."""
+    q = -(shapes.turn[i] * shapes.origin[i])
+    e = shapes.turn[i] * d
+    p = q + t * e
+    s = shapes.sizes[i]
+    kind = shapes.kind[i]
+    n = wp.vec3(0.0, 0.0, 1.0)
+    if kind == _BALL:
+        n = wp.normalize(p)
+    elif kind == _ELLIPSOID:
+        radii = wp.vec3(s[0], s[1], s[2])
+        n = wp.normalize(wp.cw_div(wp.cw_div(p, radii), radii) * (s[0] * s[0]))
+    elif kind == _BOX:
+        n = geometry.box_normal(p, wp.vec3(s[0], s[1], s[2]))
+    elif kind == _CYLINDER:
+        n = geometry.cylinder_normal(p, s[0], s[1])
+    elif kind == _CAPSULE:
+        n = wp.normalize(p - wp.vec3(0.0, 0.0, wp.clamp(p[2], -s[1], s[1])))
+    elif kind == _TUBE:
+        n = geometry.tube_normal(p, s[0], s[2])
+    elif kind == _PRISM:
+        n = geometry.prism_normal(p, wp.vec3(s[0], 0.0, 0.0), wp.vec3(s[1], s[2], 0.0))
+    elif kind == _MESH:
+        # A little before the hit, so that rounding does not lose it.
+        found = wp.mesh_query_ray(shapes.mesh[i], q / s[0], e, 1.001 * t / s[0] + 1.0e-3)
+        n = found.normal
+        if shapes.smooth[i] == 1:
+            return wp.normalize(wp.mesh_eval_velocity(shapes.mesh[i], found.face, found.u, found.v)), n, p
+    elif p[2] < 0.0:
+        n = -n
+    return n, n, p
+
+
+@wp.func
+def _stripes(x: float, w: float):
+    """Mean over x - w/2..x + w/2 of the square wave that is 1 on 0..1, -1 on 1..2."""
+    # Narrower than this, the difference below would be rounding.
+    w = wp.max(w, 1.0e-3 + 1.0e-5 * wp.abs(x))
+    low = 0.5 * (x - 0.5 * w)
+    high = 0.5 * (x + 0.5 * w)
+    a = 0.5 - wp.abs(low - wp.floor(low) - 0.5)
+    b = 0.5 - wp.abs(high - wp.floor(high) - 0.5)
+    return 2.0 * (b - a) / w
+
+
+@wp.func
+def checkered(p: wp.vec3, e: wp.vec3, t: float, pixel: float, tile: float):
+    """Share of the first of two colours of a checker, 0 to 1, averaged over what a pixel covers of the plane z = 0."""
+    across = t * pixel
+    slant = wp.max(wp.abs(e[2]), 1.0e-3)
+    # The pixel is drawn out along the view's direction in the plane.
+    flat = wp.max(wp.sqrt(e[0] * e[0] + e[1] * e[1]), 1.0e-6)
+    wx = wp.length(wp.vec2(e[0] / flat / slant, e[1] / flat)) * across / tile
+    wy = wp.length(wp.vec2(e[1] / flat / slant, e[0] / flat)) * across / tile
+    return 0.5 + 0.5 * _stripes(p[0] / tile, wx) * _stripes(p[1] / tile, wy)
+
+
+@wp.func
+def _describe(i: int, t: float, which: int, d: wp.vec3, pixel: float, shapes: Shapes, hits: Hits):
+    """Write a hit on a shape down; returns the shape that cannot shadow it: itself, where it is convex, else -1."""
+    n, flat, p = normal_at(d, t, shapes, which)
+    e = shapes.turn[which] * d
+    kind = shapes.kind[which]
+    color = shapes.color[which]
+    tile = shapes.sizes[which][3]
+    if kind == _SLAB and tile > 0.0:
+        share = checkered(p, e, t, pixel, tile)
+        color = share * color + (1.0 - share) * shapes.checker[which]
+    within = wp.dot(flat, e) > 0.0
+    # From within, and from behind a plane or a face, its other side is seen.
+    if within:
+        n = -n
+    hits.depth[i] = t
+    hits.thing[i] = SOLIDS + shapes.label[which]
+    hits.normal[i] = wp.transpose(shapes.turn[which]) * n
+    hits.color[i] = color
+    hits.light[i] = shapes.light[which]
+    hits.lift[i] = _LIFT * shapes.size[which] + _ROUNDING * t
+    thin = kind == _SLAB and shapes.sizes[which][0] == 0.0
+    if thin or not (within or kind == _TUBE or kind == _MESH or kind == _SLAB):
+        return which
+    return -1
+
+
+@wp.kernel(enable_backward=False)
+def _overlay(
+    start: int,
+    pixel: float,
+    shapes: Shapes,
+    lights: Lights,
+    hits: Hits,
+    blocked: wp.array2d(dtype=wp.uint8),
+):
+    i = start + wp.tid()
+    d = hits.direction[i]
+    far = float(FOREVER)
+    if hits.thing[i] != -1:
+        far = hits.depth[i]
+    t, which = nearest_shape(wp.vec3(0.0, 0.0, 0.0), d, far, shapes)
+    left_out = int(-1)
+    if which >= 0:
+        left_out = _describe(i, t, which, d, pixel, shapes, hits)
+    elif hits.thing[i] == -1:
+        return
+    p = hits.depth[i] * d + hits.lift[i] * hits.normal[i]
+    for k in range(lights.where.shape[0]):
+        w = lights.where[k]
+        to = wp.vec3(w[0], w[1], w[2]) - w[3] * p
+        distance = wp.length(to)
+        blocked[i, k] = wp.uint8(0)
+        if lights.shadows[k] == 1 and wp.dot(to, hits.normal[i]) > 0.0:
+            end = wp.where(w[3] > 0.0, distance, FOREVER)
+            if shape_shadow(p, to / distance, end, left_out, shapes):
+                blocked[i, k] = wp.uint8(1)
+
+
+class SolidStage:
+    """Hard shapes on a device, as seen from `eye`, in units of `unit`."""
+
+    def __init__(self, solids: shapes.Solids, eye, unit: float, device):
+        endless = (solids.kinds == shapes.SLAB) & (solids.sizes[:, 1] == 0.0)
+        order = np.argsort(endless, kind="stable")
+        self.device = device
+        self.bounded = int(np.count_nonzero(~endless))
+        # Angles and tiles' numbers aside, all sizes are lengths; a mesh is in units of its own.
+        sizes = solids.sizes[order] / unit
+        tubes = solids.kinds[order] == shapes.TUBE
+        sizes[tubes, 2] = solids.sizes[order][tubes, 2]
+        origins = (solids.origins[order] - eye) / unit
+        self.shapes = self._uploaded(solids, order, origins, sizes)
+        low, high = boxes(solids, order[: self.bounded], sizes)
+        self._tree = None
+        self.shapes.tree = wp.uint64(0)
+        if self.bounded:
+            turned = np.abs(solids.axes[order[: self.bounded]])
+            middle = np.einsum("nij,nj->ni", solids.axes[order[: self.bounded]], 0.5 * (low + high))
+            middle += origins[: self.bounded]
+            half = np.einsum("nij,nj->ni", turned, 0.5 * (high - low))
+            # float32 rounds; a box without thickness would be missed.
+            half += 1e-6 * (np.abs(middle) + half.max(axis=1, keepdims=True))
+            ends = [wp.array(x, dtype=wp.vec3, device=device) for x in (middle - half, middle + half)]
+            self._tree = wp.Bvh(*ends)
+            self.shapes.tree = self._tree.id
+
+    def overlay(self, hits: Hits, lights: Lights, pixel: float, count: int):
+        """Put the shapes over the first `count` hits, and find which lights they hide."""
+        shape = hits.depth.shape[0], max(lights.where.shape[0], 1)
+        if hits.blocked.shape != shape:
+            hits.blocked = wp.empty(shape, dtype=wp.uint8, device=self.device)
+        launch(_overlay, count, [pixel, self.shapes, lights, hits, hits.blocked], device=self.device)
+
+    def _uploaded(self, solids, order, origins, sizes):
+        device = self.device
+        self._meshes = [solids.surfaces[k] and uploaded(solids.surfaces[k], device) for k in order]
+        owner = solids.owner[order]
+        table = np.array([(*m.rgb, m.ambient, m.diffuse, m.specular, m.shininess) for m in solids.materials])
+        result = Shapes()
+        result.kind = wp.array(solids.kinds[order], dtype=int, device=device)
+        result.origin = wp.array(origins, dtype=wp.vec3, device=device)
+        result.turn = wp.array(np.swapaxes(solids.axes[order], 1, 2), dtype=wp.mat33, device=device)
+        result.sizes = wp.array(sizes, dtype=wp.vec4, device=device)
+        result.size = wp.array(_smallest(solids.kinds[order], sizes), dtype=float, device=device)
+        result.mesh = wp.array([m.id if m else 0 for m in self._meshes], dtype=wp.uint64, device=device)
+        smooth = [int(bool(s and s.smooth)) for s in (solids.surfaces[k] for k in order)]
+        result.smooth = wp.array(smooth, dtype=int, device=device)
+        result.label = wp.array(order.astype(np.int32), dtype=int, device=device)
+        result.color = wp.array(table[owner, :3], dtype=wp.vec3, device=device)
+        result.checker = wp.array(solids.checkers[order], dtype=wp.vec3, device=device)
+        result.light = wp.array(table[owner, 3:], dtype=wp.vec4, device=device)
+        result.bounded = self.bounded
+        return result
+
+
+def _smallest(kinds, sizes):
+    """The smallest length of each shape, that of its tile for a plane."""
+    result = np.where(sizes > 0.0, sizes, np.inf)
+    columns = {shapes.TUBE: [1], shapes.PRISM: [3], shapes.SLAB: [1, 2, 3]}
+    for kind, used in columns.items():
+        where = kinds == kind
+        result[where] = np.where(np.isin(np.arange(shapes.SIZES), used), result[where], np.inf)
+    least = result.min(axis=1, initial=np.inf)
+    return np.where(np.isfinite(least), least, 0.0)
+
+
+def boxes(solids: shapes.Solids, which, sizes) -> tuple[np.ndarray, np.ndarray]:
+    """Least and greatest coordinates (n, 3), in their own frames, of the shapes `which` with `sizes` (n, SIZES)."""
+    kinds, s = solids.kinds[which], sizes[: len(which)]
+    zero = np.zeros(len(which))
+    round_ = np.stack([s[:, 0], s[:, 0], s[:, 1]], axis=1)
+    halves = {
+        shapes.BALL: np.repeat(s[:, :1], 3, axis=1),
+        shapes.ELLIPSOID: s[:, :3],
+        shapes.CYLINDER: round_,
+        shapes.CAPSULE: round_ + s[:, :1] * (0, 0, 1),
+        shapes.BOX: s[:, :3],
+        shapes.TUBE: np.stack([s[:, 0] + s[:, 1], s[:, 0] + s[:, 1], s[:, 1]], axis=1),
+        shapes.PRISM: np.repeat(s[:, 3:], 3, axis=1),
+        shapes.SLAB: np.stack([s[:, 1], s[:, 2], s[:, 0]], axis=1),
+    }
+    high = np.select([(kinds == kind)[:, None] for kind in halves], list(halves.values()), 0.0)
+    low = -high
+    prisms = (kinds == shapes.PRISM)[:, None]
+    corners = np.stack([np.stack([zero, s[:, 0], s[:, 1]]), np.stack([zero, zero, s[:, 2]]), np.zeros((3, len(which)))])
+    low = np.where(prisms, low + corners.min(axis=1).T, low)
+    high = np.where(prisms, high + corners.max(axis=1).T, high)
+    for row in np.flatnonzero(kinds == shapes.MESH):
+        half = solids.surfaces[which[row]].box[1] / solids.sizes[which[row], 0] * s[row, 0]
+        low[row], high[row] = -half, half
+    return low, high
+
+
+_MESHES = weakref.WeakKeyDictionary()
+
+
+def uploaded(surface: shapes.TriangleSurface, device) -> wp.Mesh:
+    """The mesh on a device, about its middle, in its own unit of length; kept as long as `surface` lives."""
+    kept = _MESHES.setdefault(surface, {})
+    if device.alias not in kept:
+        points = (surface.mesh.vertices - surface.box[0]) / surface.sizes[0]
+        # Normals at vertices ride where a mesh's velocities would be, which Warp interpolates.
+        kept[device.alias] = wp.Mesh(
+            points=wp.array(points, dtype=wp.vec3, device=device),
+            indices=wp.array(surface.mesh.faces.ravel().astype(np.int32), dtype=int, device=device),
+            velocities=wp.array(_vertex_normals(surface.mesh), dtype=wp.vec3, device=device),
+        )
+    return kept[device.alias]
+
+
+def _vertex_normals(mesh):
+    """Mean normals (V, 3) of the faces around each vertex, weighted by area."""
+    a, b, c = np.moveaxis(mesh.corners, 1, 0)
+    areas = np.cross(b - a, c - a)
+    normals = np.zeros_like(mesh.vertices)
+    for corner in range(3):
+        np.add.at(normals, mesh.faces[:, corner], areas)
+    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)

@@ -1,0 +1,137 @@
+"""Skeletons drawn hard: each primitive as all that lies within its material's radius, or as a thin line.
+
+Points become balls, segments capsules, arcs tubes, triangles prisms with round edges, planes slabs; as lines, triangles
+become their edges.
+"""
+
+import dataclasses
+import math
+
+import numpy as np
+
+from fieldsim.errors import InputError
+from fieldsim.potentials import cells
+from fieldsim.world import shapes
+from fieldsim.world.shapes import Solids
+
+MODES = ("soft", "hard", "skeleton")
+# Half the width of a skeleton's lines, and the radius of its points, in pixels.
+LINE, DOT = 1.25, 3.0
+
+
+def drawn(snapshot, mode: str, eye: np.ndarray, pixel: float):
+    """What is traced as a soft `Surface` and what as hard `Solids`, in the given mode.
+
+    eye (3,); pixel: angular size of a pixel, which the lines of a skeleton are so many of wide.
+    """
+    surface = snapshot.surface
+    if mode == "soft" or not len(surface.elements):
+        return surface, snapshot.shapes
+    if mode == "hard":
+        hard = offset_solids(surface, np.array([m.radius for m in surface.materials])[surface.owner])
+    else:
+        hard = _lines(surface, eye, pixel)
+    nothing = dataclasses.replace(surface, elements=cells.concatenate([]), owner=surface.owner[:0])
+    # The world's own shapes keep their numbers: they come first.
+    return nothing, shapes.joined([snapshot.shapes, hard])
+
+
+def offset_solids(surface, radius: np.ndarray) -> Solids:
+    """Everything within `radius` (N,) of each of the N elements."""
+    return _solids(surface, radius, lambda rows, radii: [_prisms(rows, radii)])
+
+
+def _lines(surface, eye, pixel):
+    """Elements as lines of one width in the picture, where they are nearest to the eye."""
+    rows = surface.elements.rows
+    corners = rows[:, cells.POSITIONS].reshape(-1, 3, 3)
+    middle = 0.5 * (corners[:, 0] + np.where(_named(surface, "Segment")[:, None], corners[:, 1], corners[:, 0]))
+    distance = np.linalg.norm(middle - eye, axis=1)
+    width = np.where(_named(surface, "Point"), DOT, LINE)
+    return _solids(surface, width * pixel * distance, _edges)
+
+
+def _named(surface, name):
+    """Which elements' primitives are called so, or are a kind of it."""
+    kinds = [c.kind for c in cells.CELLS.values() if _shape_of(c.primitive) == name]
+    return np.isin(surface.elements.kinds, kinds)
+
+
+def _shape_of(primitive):
+    """What a class of primitives is drawn as."""
+    names = [base.__name__ for base in primitive.__mro__]
+    alike = {"Circle": "Arc", "ProfiledArc": "Arc", "ProfiledSegment": "Segment", "Face": "Triangle"}
+    return next((alike.get(name, name) for name in names if alike.get(name, name) in _DRAWN), None)
+
+
+def _solids(surface, radius, draw_triangles):
+    """Elements as hard shapes; draw_triangles(rows, radii) gives lists of what `_balls` and its like return."""
+    parts, owners, left = [], [], np.ones(len(radius), dtype=bool)
+    for name, draw in {**_DRAWN, "Triangle": draw_triangles}.items():
+        where = _named(surface, name)
+        left &= ~where
+        if where.any():
+            for part in draw(surface.elements.rows[where], radius[where]):
+                parts.append(part)
+                owners.append(surface.owner[where])
+    if left.any():
+        kind = surface.elements.kinds[left][0]
+        name = next(c.primitive.__name__ for c in cells.CELLS.values() if c.kind == kind)
+        raise InputError(f"Renderer: {name} cannot be drawn hard; use mode='soft'")
+    kinds, origins, axes, sizes = (np.concatenate(column) for column in zip(*parts, strict=True))
+    count = len(kinds)
+    owner = np.concatenate(owners).astype(np.int32)
+    return Solids(kinds, origins, axes, sizes, np.zeros((count, 3)), (None,) * count, surface.materials, owner)
+
+
+def _packed(kind, origins, axes, *sizes):
+    """(kinds, origins, axes, sizes) of shapes of one kind."""
+    table = np.zeros((len(origins), shapes.SIZES))
+    for column, values in enumerate(sizes):
+        table[:, column] = values
+    return np.full(len(origins), kind, dtype=np.int32), origins, axes, table
+
+
+def _balls(rows, radius):
+    return [_packed(shapes.BALL, rows[:, 5:8], np.broadcast_to(np.eye(3), (len(rows), 3, 3)), radius)]
+
+
+def _capsules(rows, radius):
+    return [_rods(rows[:, 5:8], rows[:, 8:11], radius)]
+
+
+def _rods(start, end, radius):
+    """Capsules from start to end."""
+    length = np.linalg.norm(end - start, axis=1)
+    axes = shapes.frame_along((end - start) / length[:, None])
+    return _packed(shapes.CAPSULE, 0.5 * (start + end), axes, radius, 0.5 * length)
+
+
+def _tubes(rows, radius):
+    half = 0.5 * rows[:, cells.ANGLE]
+    start, normal = rows[:, 14:17], rows[:, 17:20]
+    middle = np.cos(half)[:, None] * start + np.sin(half)[:, None] * np.cross(normal, start)
+    axes = np.stack([middle, np.cross(normal, middle), normal], axis=2)
+    half = np.where(rows[:, cells.ANGLE] > 2 * math.pi - 1e-6, math.pi, half)
+    return [_packed(shapes.TUBE, rows[:, 5:8], axes, rows[:, cells.SIZE], radius, half)]
+
+
+def _prisms(rows, radius):
+    a, b, c = rows[:, 5:8], rows[:, 8:11], rows[:, 11:14]
+    length = np.linalg.norm(b - a, axis=1)
+    x, z = (b - a) / length[:, None], rows[:, 17:20]
+    y = np.cross(z, x)
+    along, across = (np.einsum("ij,ij->i", c - a, axis) for axis in (x, y))
+    return _packed(shapes.PRISM, a, np.stack([x, y, z], axis=2), length, along, across, radius)
+
+
+def _edges(rows, radius):
+    corners = [rows[:, 5:8], rows[:, 8:11], rows[:, 11:14]]
+    return [_rods(corners[k], corners[(k + 1) % 3], radius) for k in range(3)]
+
+
+def _slabs(rows, radius):
+    return [_packed(shapes.SLAB, rows[:, 5:8], shapes.frame_along(rows[:, 17:20]), radius)]
+
+
+_DRAWN = {"Point": _balls, "Segment": _capsules, "Arc": _tubes, "Plane": _slabs, "Triangle": None}

@@ -1,0 +1,383 @@
+"""Hard objects beside the soft surfaces: balls, boxes, cylinders, meshes, ground planes.
+
+They are seen and cast shadows; they neither pull nor collide.
+"""
+
+import dataclasses
+import functools
+import math
+import typing
+
+import numpy as np
+
+from fieldsim import validate
+from fieldsim.errors import InputError
+from fieldsim.potentials.mesh import TriangleMesh
+from fieldsim.world import quaternion
+from fieldsim.world.color import color_rgb
+from fieldsim.world.material import Material
+from fieldsim.world.motion import IDENTITY, Pose, pose_at, value_at
+
+# What a row of `Solids.sizes` means, for each kind, in the shape's own frame.
+BALL = 0  # radius
+ELLIPSOID = 1  # semi-axes along x, y, z
+CYLINDER = 2  # radius, half length along z
+CAPSULE = 3  # radius, half length of the axis along z
+BOX = 4  # half sizes
+TUBE = 5  # radius of the arc, radius of the tube, half the angle; the arc's middle is on x, its normal is z
+PRISM = 6  # b_x, c_x, c_y, radius: all within the radius of the triangle (0, 0, 0), (b_x, 0, 0), (c_x, c_y, 0)
+SLAB = 7  # half thickness, half sizes along x and y (0: without end), tile of the checker (0: none)
+MESH = 8  # unit of length of its vertices
+SIZES = 4
+
+# What shapes look like unless told.
+PLAIN = Material()
+
+
+def frame_along(z: np.ndarray) -> np.ndarray:
+    """Rotations (..., 3, 3) whose third columns are the unit vectors z (..., 3)."""
+    z = np.asarray(z, dtype=float)
+    side = np.eye(3)[np.argmin(np.abs(z), axis=-1)]
+    x = np.cross(side, z)
+    x /= np.linalg.norm(x, axis=-1, keepdims=True)
+    return np.stack([x, np.cross(z, x), z], axis=-1)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Shape:
+    """A hard object, in the frame that its motion moves."""
+
+    kind: typing.ClassVar[int]
+
+    @property
+    def sizes(self) -> tuple[float, ...]:
+        """Up to `SIZES` numbers, as the kind's row takes them."""
+        raise NotImplementedError
+
+    @property
+    def frame(self) -> tuple[np.ndarray, np.ndarray]:
+        """Origin (3,) and axes (3, 3), in columns, of the frame that `sizes` refer to."""
+        return np.asarray(self.center), np.eye(3)
+
+    def _check(self, name, check, **limits):
+        """Check a field in place."""
+        object.__setattr__(self, name, check(type(self).__name__, name, getattr(self, name), **limits))
+
+
+@dataclasses.dataclass(frozen=True)
+class Ball(Shape):
+    """A ball."""
+
+    center: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    radius: float = 1.0
+
+    kind = BALL
+
+    def __post_init__(self):
+        self._check("center", validate.vector)
+        self._check("radius", validate.number, above=0.0)
+
+    @property
+    def sizes(self):
+        """The radius."""
+        return (self.radius,)
+
+
+@dataclasses.dataclass(frozen=True)
+class Ellipsoid(Shape):
+    """An ellipsoid. radii: semi-axes along x, y and z."""
+
+    radii: tuple[float, float, float]
+    center: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    kind = ELLIPSOID
+
+    def __post_init__(self):
+        self._check("center", validate.vector)
+        self._check("radii", _lengths)
+
+    @property
+    def sizes(self):
+        """The semi-axes."""
+        return self.radii
+
+
+@dataclasses.dataclass(frozen=True)
+class Box(Shape):
+    """A box with edges along x, y and z. size: lengths of the edges."""
+
+    size: tuple[float, float, float]
+    center: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    kind = BOX
+
+    def __post_init__(self):
+        self._check("center", validate.vector)
+        self._check("size", _lengths)
+
+    @property
+    def sizes(self):
+        """Half the edges."""
+        return tuple(0.5 * length for length in self.size)
+
+
+@dataclasses.dataclass(frozen=True)
+class Cylinder(Shape):
+    """A cylinder with flat ends. start, end: the middles of its ends."""
+
+    start: tuple[float, float, float]
+    end: tuple[float, float, float]
+    radius: float = 1.0
+
+    kind = CYLINDER
+
+    def __post_init__(self):
+        for name in ("start", "end"):
+            self._check(name, validate.vector)
+        self._check("radius", validate.number, above=0.0)
+        if self.start == self.end:
+            name = type(self).__name__
+            raise InputError(f"{name}: start and end are both {self.start}; give two different points, or use Ball")
+
+    @property
+    def sizes(self):
+        """Radius and half the length."""
+        return self.radius, 0.5 * math.dist(self.start, self.end)
+
+    @property
+    def frame(self):
+        """The middle, and axes with z from start to end."""
+        return 0.5 * np.add(self.start, self.end), frame_along(_unit(np.subtract(self.end, self.start)))
+
+
+@dataclasses.dataclass(frozen=True)
+class Capsule(Cylinder):
+    """A cylinder with a half ball on each end. start, end: the centres of the half balls."""
+
+    kind = CAPSULE
+
+
+@dataclasses.dataclass(frozen=True)
+class Ground(Shape):
+    """A plane, seen from both sides.
+
+    point: any point on it, or one number: its height along the normal. extent: (x, y) half sizes of a rectangle about
+    the point, None for a plane without end. checker: a second colour, in squares of side `tile` (None: plain).
+    """
+
+    point: tuple[float, float, float] | float = 0.0
+    normal: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    checker: object = None
+    tile: float = 1.0
+    extent: tuple[float, float] | None = None
+
+    kind = SLAB
+
+    def __post_init__(self):
+        self._check("normal", validate.direction)
+        if np.ndim(self.point) == 0:
+            self._check("point", validate.number)
+            object.__setattr__(self, "point", tuple(self.point * c for c in self.normal))
+        self._check("point", validate.vector)
+        self._check("tile", validate.number, above=0.0)
+        if self.checker is not None:
+            color_rgb("Ground", self.checker)
+        if self.extent is not None:
+            if np.shape(self.extent) != (2,):
+                raise InputError(f"Ground: extent is {self.extent!r}; give two half sizes (x, y), or None for no end")
+            object.__setattr__(self, "extent", _lengths("Ground", "extent", (*self.extent, 1.0))[:2])
+
+    @property
+    def sizes(self):
+        """No thickness; the extent; the tile."""
+        return 0.0, *(self.extent or (0.0, 0.0)), 0.0 if self.checker is None else self.tile
+
+    @property
+    def frame(self):
+        """The point, and axes with z along the normal; a plane that lies flat keeps x and y."""
+        if self.normal == (0.0, 0.0, 1.0):
+            return np.asarray(self.point), np.eye(3)
+        return np.asarray(self.point), frame_along(np.asarray(self.normal))
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class TriangleSurface(Shape):
+    """The triangles of a mesh (`fs.mesh(...)`). smooth: shade with normals that change evenly across its faces."""
+
+    mesh: TriangleMesh
+    smooth: bool = False
+
+    kind = MESH
+
+    def __post_init__(self):
+        if not isinstance(self.mesh, TriangleMesh):
+            raise InputError(f"TriangleSurface: mesh is {self.mesh!r}; give fs.mesh(path) or fs.mesh(vertices, faces)")
+
+    @functools.cached_property
+    def box(self) -> tuple[np.ndarray, np.ndarray]:
+        """Middle and half sizes, each (3,), of the box around its vertices."""
+        used = self.mesh.vertices[np.unique(self.mesh.faces)]
+        low, high = used.min(axis=0), used.max(axis=0)
+        return 0.5 * (low + high), 0.5 * (high - low)
+
+    @property
+    def sizes(self):
+        """The unit of length."""
+        return (float(np.max(self.box[1])),)
+
+    @property
+    def frame(self):
+        """The middle; axes as they are."""
+        return self.box[0], np.eye(3)
+
+
+def _lengths(owner, name, value):
+    """Three numbers above 0."""
+    lengths = validate.vector(owner, name, value)
+    if not all(length > 0.0 for length in lengths):
+        raise InputError(f"{owner}: {name} is {lengths}; give numbers above 0")
+    return lengths
+
+
+def _unit(vector):
+    vector = vector / np.max(np.abs(vector))
+    return vector / np.linalg.norm(vector)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Solids:
+    """N hard shapes in one frame.
+
+    kinds (N,); origins (N, 3) and axes (N, 3, 3), in columns; sizes (N, SIZES): what each kind needs; checkers (N, 3):
+    linear rgb of the second colour; surfaces: the TriangleSurface, or None, of each; materials; owner (N,): the index
+    in `materials` of each.
+    """
+
+    kinds: np.ndarray
+    origins: np.ndarray
+    axes: np.ndarray
+    sizes: np.ndarray
+    checkers: np.ndarray
+    surfaces: tuple[TriangleSurface | None, ...]
+    materials: tuple[Material, ...]
+    owner: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.kinds)
+
+    @property
+    def lengths(self) -> np.ndarray:
+        """A length of each that says how large it is, (N,); 1 for planes."""
+        return np.where(self.kinds == SLAB, 1.0, self.sizes[:, 0])
+
+    def placed(self, positions: np.ndarray, rotations: np.ndarray) -> "Solids":
+        """Moved by x -> rotations x + positions; positions (N, 3), rotations (N, 3, 3) (or what broadcasts)."""
+        origins = np.einsum("...ij,...j->...i", rotations, self.origins) + positions
+        return dataclasses.replace(self, origins=origins, axes=rotations @ self.axes)
+
+
+def joined(parts) -> Solids:
+    """Several `Solids` as one."""
+    parts = list(parts)
+    if not parts:
+        none = np.zeros(0, dtype=np.int32)
+        return Solids(none, np.zeros((0, 3)), np.zeros((0, 3, 3)), np.zeros((0, SIZES)), np.zeros((0, 3)), (), (), none)
+    arrays = {n: np.concatenate([getattr(p, n) for p in parts]) for n in ("kinds", "origins", "axes", "sizes")}
+    firsts = np.cumsum([0] + [len(p.materials) for p in parts])
+    return Solids(
+        **arrays,
+        checkers=np.concatenate([p.checkers for p in parts]),
+        surfaces=sum((p.surfaces for p in parts), ()),
+        materials=sum((p.materials for p in parts), ()),
+        owner=np.concatenate([p.owner + first for p, first in zip(parts, firsts, strict=False)]).astype(np.int32),
+    )
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class ShapeGroup:
+    """Hard objects that share a motion.
+
+    shapes: one Shape or several; materials: one Material for all, or one each, of which colour and lighting count.
+    motion: a Pose, a Spin, Keyframes, or any function of time giving a Pose or a position, which moves them all; or a
+    function of time giving a pair: positions (N, 3) and rotations, (N, 4) quaternions (w, x, y, z) or (N, 3, 3)
+    matrices, one of each per shape.
+    """
+
+    shapes: tuple[Shape, ...]
+    materials: tuple[Material, ...] = (PLAIN,)
+    motion: object = IDENTITY
+    name: str = ""
+
+    def __post_init__(self):
+        for name, kind in (("shapes", Shape), ("materials", Material)):
+            value = getattr(self, name)
+            values = (value,) if isinstance(value, kind) else _several(name, value)
+            for index, one in enumerate(values):
+                if not isinstance(one, kind):
+                    hint = "fs.Ball(...), fs.Box(...), ..." if kind is Shape else "fs.Material(color)"
+                    raise InputError(f"World.add_shape: {name}[{index}] is {one!r}; give {hint}")
+            object.__setattr__(self, name, values)
+        if len(self.materials) not in (1, len(self.shapes)):
+            raise InputError(
+                f"World.add_shape: {len(self.materials)} materials for {len(self.shapes)} shapes; "
+                "give one for all, or one each"
+            )
+        self.poses_at(0.0)
+
+    def poses_at(self, time: float) -> tuple[np.ndarray, np.ndarray]:
+        """Positions (N, 3) and rotations (N, 3, 3) of the shapes at `time`."""
+        count = len(self.shapes)
+        value = value_at(self.motion, time)
+        if isinstance(value, tuple) and len(value) == 2:
+            return checked_poses(value, count)
+        pose = pose_at(value, time) if isinstance(value, Pose) else Pose(value)
+        return np.broadcast_to(pose.position, (count, 3)), np.broadcast_to(pose.matrix, (count, 3, 3))
+
+    def solids(self, time: float) -> Solids:
+        """The shapes in their own frames, with their materials at `time`."""
+        return dataclasses.replace(self._fixed, materials=tuple(material.at(time) for material in self.materials))
+
+    @functools.cached_property
+    def _fixed(self):
+        count = len(self.shapes)
+        frames = [shape.frame for shape in self.shapes]
+        sizes = np.zeros((count, SIZES))
+        checkers = np.zeros((count, 3))
+        for index, shape in enumerate(self.shapes):
+            sizes[index, : len(shape.sizes)] = shape.sizes
+            if isinstance(shape, Ground) and shape.checker is not None:
+                checkers[index] = color_rgb("Ground", shape.checker)
+        return Solids(
+            np.array([shape.kind for shape in self.shapes], dtype=np.int32),
+            np.array([origin for origin, _ in frames]).reshape(-1, 3),
+            np.array([axes for _, axes in frames]).reshape(-1, 3, 3),
+            sizes,
+            checkers,
+            tuple(shape if isinstance(shape, TriangleSurface) else None for shape in self.shapes),
+            self.materials,
+            np.arange(count, dtype=np.int32) % len(self.materials),
+        )
+
+
+def _several(name, value):
+    try:
+        values = tuple(value)
+    except TypeError:
+        values = ()
+    if not values:
+        raise InputError(f"World.add_shape: {name} is {value!r}; give one, or a list of at least one")
+    return values
+
+
+def checked_poses(pair, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Positions (N, 3) and rotations (N, 3, 3) of `count` shapes; the rotations may be given as quaternions (N, 4)."""
+    positions = validate.points("ShapeGroup", "positions", pair[0])
+    rotations = np.asarray(pair[1], dtype=float)
+    if rotations.shape == (count, 4):
+        rotations = quaternion.matrices(rotations)
+    if len(positions) != count or rotations.shape != (count, 3, 3) or not np.isfinite(rotations).all():
+        raise InputError(
+            f"ShapeGroup: poses of shape {positions.shape} and {np.shape(pair[1])} for {count} shapes; give finite "
+            f"positions ({count}, 3) and rotations, ({count}, 4) unit quaternions or ({count}, 3, 3) matrices"
+        )
+    return positions, rotations

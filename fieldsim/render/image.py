@@ -10,11 +10,11 @@ import warp as wp
 
 from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.launch import device_named, launch
-from fieldsim.render import bounds
+from fieldsim.render import bells, bounds
 from fieldsim.render.camera import Camera
 from fieldsim.render.candidates import TILE, View, candidates, capsules
 from fieldsim.render.hermite import Scene
-from fieldsim.render.primary import OVERFLOW, trace_kernel
+from fieldsim.render.primary import OVERFLOW, bells_kernel, trace_kernel
 from fieldsim.render.shading import BALLS, Balls, Hits, lights_of, shade_kernel
 from fieldsim.render.sky import sky_of
 
@@ -103,7 +103,12 @@ class Renderer:
         count = samples.shape[0]
         hits = self._buffers(name, count)
         inputs = [stage.view, stage.scene, stage.lists, stage.balls, stage.ball_lists]
-        launch(trace_kernel(stage.kinds), count, [*inputs, samples, hits], device=self.device)
+        if stage.bells is None:
+            launch(trace_kernel(stage.kinds), count, [*inputs, samples, hits], device=self.device)
+        else:
+            inputs = [stage.view, stage.scene, stage.bells, stage.lists, stage.balls, stage.ball_lists]
+            launch(bells_kernel(stage.kinds, stage.lines), count, [*inputs, samples, hits], device=self.device)
+            inputs.pop(2)
         self.rays += count
         late = np.flatnonzero(hits.thing.numpy()[:count] == int(OVERFLOW))
         for which, scratch in self._scratch(late, stage):
@@ -205,6 +210,9 @@ class Stage:
         self.view = _view(camera, renderer.size)
         self.bounded = bounded = bounds.bound(surface.elements, eye, self.unit)
         self.scene = _scene(bounded, surface, device)
+        kind = bells.kind_of(bounded)
+        self.lines = kind == "segments"
+        self.bells = bells.bells_of(bounded, device) if kind else None
         shapes = capsules(bounded.start, bounded.end, bounded.radius, device)
         self.lists = candidates(self.view, shapes, device)
         centers, radii = (centers - eye) / self.unit, radii / self.unit

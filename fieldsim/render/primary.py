@@ -7,7 +7,7 @@ import functools
 import warp as wp
 
 from fieldsim.potentials import cells
-from fieldsim.render import hermite
+from fieldsim.render import bells, hermite
 from fieldsim.render.candidates import TILE, Candidates, View, direction
 from fieldsim.render.shading import BALLS, Balls, Hits
 from fieldsim.render.volumes import pierce, pierce_sphere
@@ -36,10 +36,96 @@ def nearest_ball(d: wp.vec3, tile: int, lists: Candidates, balls: Balls):
 
 
 @functools.cache
+def recorder(kinds_used):
+    """The Warp function that writes down what a sample sees."""
+    element = cells.element_field(kinds_used).warp(wp.float32)
+
+    @wp.func
+    def describe(
+        i: int,
+        found: float,
+        side: float,
+        d: wp.vec3,
+        scene: hermite.Scene,
+        hits: Hits,
+        ids: wp.array(dtype=int),
+        t1s: wp.array(dtype=float),
+        count: int,
+    ):
+        """Write normal and material at a hit on the surface: gradients summed, materials mixed by weight."""
+        t = float(found)
+        p = t * d
+        f = float(0.0)
+        slope = wp.vec3(0.0, 0.0, 0.0)
+        color = wp.vec3(0.0, 0.0, 0.0)
+        light = wp.vec4(0.0, 0.0, 0.0, 0.0)
+        most = float(-1.0)
+        width = float(0.0)
+        for k in range(count):
+            if t1s[k] < t:
+                continue
+            j = ids[k]
+            f_j, x, y, z = element(p[0], p[1], p[2], scene.rows, scene.kinds, j)
+            m = scene.owner[j]
+            f += f_j
+            slope += wp.vec3(x, y, z)
+            color += f_j * wp.vec3(scene.materials[m, 0], scene.materials[m, 1], scene.materials[m, 2])
+            light += f_j * wp.vec4(
+                scene.materials[m, 3], scene.materials[m, 4], scene.materials[m, 5], scene.materials[m, 6]
+            )
+            if f_j > most:
+                most = f_j
+                hits.thing[i] = m
+                width = scene.width[j]
+        # One more Newton step for free; where the ray grazes, it is no use.
+        along = wp.dot(slope, d) * side
+        if along < -0.1 * wp.length(slope):
+            t += wp.clamp(side * (1.0 - f) / along, -0.01 * width, 0.01 * width)
+        hits.depth[i] = t
+        hits.normal[i] = side * wp.normalize(slope)
+        hits.color[i] = color / f
+        hits.light[i] = light / f
+        hits.lift[i] = 2.0e-3 * width
+
+    @wp.func
+    def record(
+        i: int,
+        d: wp.vec3,
+        hit: float,
+        side: float,
+        far: float,
+        ball: int,
+        scene: hermite.Scene,
+        balls: Balls,
+        hits: Hits,
+        ids: wp.array(dtype=int),
+        t1s: wp.array(dtype=float),
+        count: int,
+    ):
+        hits.direction[i] = d
+        hits.depth[i] = hit
+        hits.thing[i] = -1
+        hits.normal[i] = wp.vec3(0.0, 0.0, 0.0)
+        if hit == OVERFLOW:
+            hits.thing[i] = OVERFLOW
+        elif hit >= 0.0:
+            describe(i, hit, side, d, scene, hits, ids, t1s, count)
+        elif ball >= 0:
+            hits.depth[i] = far
+            hits.thing[i] = BALLS + ball
+            hits.normal[i] = wp.normalize(far * d - balls.center[ball])
+            hits.color[i] = balls.color[ball]
+            hits.light[i] = wp.vec4(1.0, 0.9, 0.25, 40.0)
+            hits.lift[i] = 1.0e-3 * balls.radius[ball]
+
+    return record
+
+
+@functools.cache
 def trace_kernel(kinds_used, in_scratch=False):
     """The kernel that traces samples. in_scratch: intervals live in global memory, with room for all elements."""
     sweep = hermite.first_hit(kinds_used)
-    element = cells.element_field(kinds_used).warp(wp.float32)
+    record = recorder(kinds_used)
 
     @wp.func
     def first_surface(
@@ -90,53 +176,6 @@ def trace_kernel(kinds_used, in_scratch=False):
         return hit, side, count
 
     @wp.func
-    def describe(
-        i: int,
-        found: float,
-        side: float,
-        d: wp.vec3,
-        scene: hermite.Scene,
-        hits: Hits,
-        ids: wp.array(dtype=int),
-        t1s: wp.array(dtype=float),
-        count: int,
-    ):
-        """Write normal and material at a hit on the surface: gradients summed, materials mixed by weight."""
-        t = float(found)
-        p = t * d
-        f = float(0.0)
-        slope = wp.vec3(0.0, 0.0, 0.0)
-        color = wp.vec3(0.0, 0.0, 0.0)
-        light = wp.vec4(0.0, 0.0, 0.0, 0.0)
-        most = float(-1.0)
-        width = float(0.0)
-        for k in range(count):
-            if t1s[k] < t:
-                continue
-            j = ids[k]
-            f_j, x, y, z = element(p[0], p[1], p[2], scene.rows, scene.kinds, j)
-            m = scene.owner[j]
-            f += f_j
-            slope += wp.vec3(x, y, z)
-            color += f_j * wp.vec3(scene.materials[m, 0], scene.materials[m, 1], scene.materials[m, 2])
-            light += f_j * wp.vec4(
-                scene.materials[m, 3], scene.materials[m, 4], scene.materials[m, 5], scene.materials[m, 6]
-            )
-            if f_j > most:
-                most = f_j
-                hits.thing[i] = m
-                width = scene.width[j]
-        # One more Newton step for free; where the ray grazes, it is no use.
-        along = wp.dot(slope, d) * side
-        if along < -0.1 * wp.length(slope):
-            t += wp.clamp(side * (1.0 - f) / along, -0.01 * width, 0.01 * width)
-        hits.depth[i] = t
-        hits.normal[i] = side * wp.normalize(slope)
-        hits.color[i] = color / f
-        hits.light[i] = light / f
-        hits.lift[i] = 2.0e-3 * width
-
-    @wp.func
     def trace(
         i: int,
         view: View,
@@ -156,21 +195,7 @@ def trace_kernel(kinds_used, in_scratch=False):
         tile = int(s[1]) // TILE * view.tiles + int(s[0]) // TILE
         far, ball = nearest_ball(d, tile, ball_lists, balls)
         hit, side, count = first_surface(d, far, tile, scene, lists, ids, t0s, t1s, room)
-        hits.direction[i] = d
-        hits.depth[i] = hit
-        hits.thing[i] = -1
-        hits.normal[i] = wp.vec3(0.0, 0.0, 0.0)
-        if hit == OVERFLOW:
-            hits.thing[i] = OVERFLOW
-        elif hit >= 0.0:
-            describe(i, hit, side, d, scene, hits, ids, t1s, count)
-        elif ball >= 0:
-            hits.depth[i] = far
-            hits.thing[i] = BALLS + ball
-            hits.normal[i] = wp.normalize(far * d - balls.center[ball])
-            hits.color[i] = balls.color[ball]
-            hits.light[i] = wp.vec4(1.0, 0.9, 0.25, 40.0)
-            hits.lift[i] = 1.0e-3 * balls.radius[ball]
+        record(i, d, hit, side, far, ball, scene, balls, hits, ids, t1s, count)
 
     if in_scratch:
 
@@ -213,3 +238,46 @@ def trace_kernel(kinds_used, in_scratch=False):
         trace(i, view, scene, lists, balls, ball_lists, samples, hits, ids, t0s, t1s, _ROOM)
 
     return trace_samples
+
+
+@functools.cache
+def bells_kernel(kinds_used, segments):
+    """The kernel that traces samples of scenes made of bells."""
+    gather, search = bells.functions(segments)
+    record = recorder(kinds_used)
+    room = int(bells.ROOM)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def trace_bells(
+        start: int,
+        view: View,
+        scene: hermite.Scene,
+        table: bells.Bells,
+        lists: Candidates,
+        balls: Balls,
+        ball_lists: Candidates,
+        samples: wp.array(dtype=wp.vec2),
+        hits: Hits,
+    ):
+        i = start + wp.tid()
+        s = samples[i]
+        d = direction(view, s[0], s[1])
+        o = wp.vec3(0.0, 0.0, 0.0)
+        tile = int(s[1]) // TILE * view.tiles + int(s[0]) // TILE
+        far, ball = nearest_ball(d, tile, ball_lists, balls)
+        ids = wp.zeros(shape=room, dtype=int)
+        bell = wp.zeros(shape=room, dtype=wp.vec4)
+        ends = wp.zeros(shape=wp.static(room if segments else 1), dtype=wp.vec4)
+        t0s = wp.zeros(shape=room, dtype=float)
+        t1s = wp.zeros(shape=room, dtype=float)
+        count = int(0)
+        opaque = float(far)
+        for k in range(lists.first[tile], lists.first[tile + 1]):
+            j = lists.ids[k]
+            if lists.near[j] >= opaque:
+                break
+            count, opaque = gather(j, o, d, opaque, table, ids, bell, ends, t0s, t1s, count)
+        hit, count = search(far, opaque, False, ids, bell, ends, t0s, t1s, count)
+        record(i, d, hit, -1.0, far, ball, scene, balls, hits, ids, t1s, count)
+
+    return trace_bells

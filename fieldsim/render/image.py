@@ -2,6 +2,7 @@
 
 # ruff: noqa: UP018 - bool(False) makes a variable that Warp lets a branch change
 
+import functools
 import math
 import warnings
 
@@ -10,7 +11,7 @@ import warp as wp
 
 from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.launch import device_named, launch
-from fieldsim.render import bells, bounds
+from fieldsim.render import bells, bounds, shadows
 from fieldsim.render.camera import Camera
 from fieldsim.render.candidates import TILE, View, candidates, capsules
 from fieldsim.render.hermite import Scene
@@ -103,12 +104,12 @@ class Renderer:
         count = samples.shape[0]
         hits = self._buffers(name, count)
         inputs = [stage.view, stage.scene, stage.lists, stage.balls, stage.ball_lists]
-        if stage.bells is None:
-            launch(trace_kernel(stage.kinds), count, [*inputs, samples, hits], device=self.device)
+        if stage.bells:
+            kernel = bells_kernel(stage.kinds, stage.bells == "segments")
+            given = [stage.view, stage.scene, stage.table, stage.lists, stage.balls, stage.ball_lists]
+            self._launch_groups(kernel, count, [*given, samples, hits])
         else:
-            inputs = [stage.view, stage.scene, stage.bells, stage.lists, stage.balls, stage.ball_lists]
-            launch(bells_kernel(stage.kinds, stage.lines), count, [*inputs, samples, hits], device=self.device)
-            inputs.pop(2)
+            launch(trace_kernel(stage.kinds), count, [*inputs, samples, hits], device=self.device)
         self.rays += count
         late = np.flatnonzero(hits.thing.numpy()[:count] == int(OVERFLOW))
         for which, scratch in self._scratch(late, stage):
@@ -121,18 +122,28 @@ class Renderer:
             )
         return hits
 
+    def _launch_groups(self, kernel, count, arguments):
+        """Launch a kernel whose items are groups of samples: a tile on a CPU, single samples where there are many cores."""
+        group = 1 if self.device.is_cuda else TILE * TILE
+        launch(kernel, -(-count // group), [group, *arguments], device=self.device, grain=4)
+
     def _shade(self, stage, hits, count):
         color = wp.empty(count, dtype=wp.vec3, device=self.device)
         rays = wp.empty(count, dtype=int, device=self.device)
-        inputs = [stage.scene, stage.tree, stage.balls, stage.lights, stage.sky]
-        launch(shade_kernel(stage.kinds), count, [*inputs, hits, color, rays], device=self.device)
+        inputs = [stage.balls, stage.lights, stage.sky]
+        if stage.bells:
+            kernel = shadows.shade_kernel(stage.bells == "segments")
+            self._launch_groups(kernel, count, [stage.table, stage.blockers, *inputs, hits, color, rays])
+        else:
+            inputs = [stage.scene, stage.tree, *inputs]
+            launch(shade_kernel(stage.kinds), count, [*inputs, hits, color, rays], device=self.device)
         cast = rays.numpy()
         late = np.flatnonzero(cast < 0)
         for which, scratch in self._scratch(late, stage):
             launch(
                 shade_kernel(stage.kinds, True),
                 len(which),
-                [*inputs, which, hits, color, rays, *scratch],
+                [stage.scene, stage.tree, *inputs[-3:], which, hits, color, rays, *scratch],
                 device=self.device,
                 grain=1,
             )
@@ -200,7 +211,7 @@ class Stage:
     """A snapshot on the device, as one camera sees it: lengths relative to the eye, in units of `unit`."""
 
     def __init__(self, snapshot, camera, renderer):
-        device = renderer.device
+        self.device = device = renderer.device
         surface = snapshot.surface
         centers, radii, colors = snapshot.spheres
         eye = np.asarray(camera.eye)
@@ -210,9 +221,8 @@ class Stage:
         self.view = _view(camera, renderer.size)
         self.bounded = bounded = bounds.bound(surface.elements, eye, self.unit)
         self.scene = _scene(bounded, surface, device)
-        kind = bells.kind_of(bounded)
-        self.lines = kind == "segments"
-        self.bells = bells.bells_of(bounded, device) if kind else None
+        self.bells = bells.kind_of(bounded)
+        self.table = bells.bells_of(bounded, device) if self.bells else None
         shapes = capsules(bounded.start, bounded.end, bounded.radius, device)
         self.lists = candidates(self.view, shapes, device)
         centers, radii = (centers - eye) / self.unit, radii / self.unit
@@ -221,13 +231,22 @@ class Stage:
         self.lights = lights_of(snapshot.world.lights, eye, self.unit, renderer.shadows, device)
         self.sky = sky_of(snapshot.world.background, self.view.pixel)
         self._bvhs = []
-        needed = renderer.shadows and any(light.shadows for light in snapshot.world.lights)
-        self.tree = self._tree(bounded.start, bounded.end, bounded.radius, device) if needed else wp.uint64(0)
+        self.shadows = needed = renderer.shadows and any(light.shadows for light in snapshot.world.lights)
+        if self.bells:
+            self.blockers = shadows.blockers_of(self.lights, bounded, self, device)
         self.balls = Balls()
         self.balls.center = ball_shapes.start
         self.balls.radius = ball_shapes.radius
         self.balls.color = wp.array(colors, dtype=wp.vec3, device=device)
         self.balls.tree = self._tree(centers, centers, radii, device) if needed else wp.uint64(0)
+
+    @functools.cached_property
+    def tree(self):
+        """A tree of all elements, for rays that come from anywhere."""
+        bounded = self.bounded
+        if not self.shadows:
+            return wp.uint64(0)
+        return self._tree(bounded.start, bounded.end, bounded.radius, self.device)
 
     def _tree(self, start, end, radius, device):
         if not len(start):

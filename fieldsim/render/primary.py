@@ -105,7 +105,6 @@ def recorder(kinds_used):
         hits.direction[i] = d
         hits.depth[i] = hit
         hits.thing[i] = -1
-        hits.normal[i] = wp.vec3(0.0, 0.0, 0.0)
         if hit == OVERFLOW:
             hits.thing[i] = OVERFLOW
         elif hit >= 0.0:
@@ -250,6 +249,7 @@ def bells_kernel(kinds_used, segments):
     @wp.kernel(module="unique", enable_backward=False)
     def trace_bells(
         start: int,
+        group: int,
         view: View,
         scene: hermite.Scene,
         table: bells.Bells,
@@ -259,25 +259,26 @@ def bells_kernel(kinds_used, segments):
         samples: wp.array(dtype=wp.vec2),
         hits: Hits,
     ):
-        i = start + wp.tid()
-        s = samples[i]
-        d = direction(view, s[0], s[1])
-        o = wp.vec3(0.0, 0.0, 0.0)
-        tile = int(s[1]) // TILE * view.tiles + int(s[0]) // TILE
-        far, ball = nearest_ball(d, tile, ball_lists, balls)
         ids = wp.zeros(shape=room, dtype=int)
         bell = wp.zeros(shape=room, dtype=wp.vec4)
         ends = wp.zeros(shape=wp.static(room if segments else 1), dtype=wp.vec4)
         t0s = wp.zeros(shape=room, dtype=float)
         t1s = wp.zeros(shape=room, dtype=float)
-        count = int(0)
-        opaque = float(far)
-        for k in range(lists.first[tile], lists.first[tile + 1]):
-            j = lists.ids[k]
-            if lists.near[j] >= opaque:
-                break
-            count, opaque = gather(j, o, d, opaque, table, ids, bell, ends, t0s, t1s, count)
-        hit, count = search(far, opaque, False, ids, bell, ends, t0s, t1s, count)
-        record(i, d, hit, -1.0, far, ball, scene, balls, hits, ids, t1s, count)
+        o = wp.vec3(0.0, 0.0, 0.0)
+        first = (start + wp.tid()) * group
+        for i in range(first, wp.min(first + group, samples.shape[0])):
+            s = samples[i]
+            d = direction(view, s[0], s[1])
+            tile = int(s[1]) // TILE * view.tiles + int(s[0]) // TILE
+            far, ball = nearest_ball(d, tile, ball_lists, balls)
+            count = int(0)
+            opaque = float(far)
+            for k in range(lists.first[tile], lists.first[tile + 1]):
+                j = lists.ids[k]
+                if lists.near[j] >= opaque:
+                    break
+                count, opaque = gather(j, o, d, opaque, table, ids, bell, ends, t0s, t1s, count)
+            hit, count = search(far, opaque, False, ids, bell, ends, t0s, t1s, count)
+            record(i, d, hit, -1.0, far, ball, scene, balls, hits, ids, t1s, count)
 
     return trace_bells

@@ -177,18 +177,26 @@ def _fill(
 
 
 @wp.kernel(enable_backward=False)
-def _starts(begin: int, tile: wp.array(dtype=int), total: int, first: wp.array(dtype=int)):
-    # first[k]: the number of entries with a tile below k, by bisection.
+def _starts(begin: int, key: wp.array(dtype=int), total: int, keys: int, first: wp.array(dtype=int)):
+    # An entry is the first of its key, and of the keys without entries before it.
     k = begin + wp.tid()
-    low = int(0)
-    high = int(total)
-    while low < high:
-        middle = (low + high) // 2
-        if tile[middle] < k:
-            low = middle + 1
-        else:
-            high = middle
-    first[k] = low
+    before = int(-1)
+    if k > 0:
+        before = key[k - 1]
+    here = int(keys)
+    if k < total:
+        here = key[k]
+    for j in range(before + 1, here + 1):
+        first[j] = k
+
+
+def sorted_lists(key, ids, total, keys, device):
+    """Sort pairs (key, id), with room for twice as many; first (keys + 1,): where each key's ids begin, and the end."""
+    if total:
+        wp.utils.radix_sort_pairs(key, ids, total, end_bit=max(int(keys).bit_length(), 1))
+    first = wp.empty(keys + 1, dtype=int, device=device)
+    launch(_starts, total + 1, [key, total, keys], [first], device=device, grain=1 << 14)
+    return first
 
 
 @dataclasses.dataclass
@@ -224,17 +232,14 @@ def candidates(view, shapes: Capsules, device) -> Candidates:
     order = wp.array(np.argsort(shapes.near, kind="stable").astype(np.int32), dtype=int, device=device)
     last = wp.zeros(max(number, 1), dtype=int, device=device)
     geometry = [view, order, shapes.start, shapes.end, shapes.radius]
-    launch(_count, number, geometry, [last], device=device, grain=64)
+    launch(_count, number, geometry, [last], device=device, grain=512)
     wp.utils.array_scan(last, last, inclusive=True)
     total = int(last[number - 1 :].numpy()[0]) if number else 0
     tile = wp.empty(max(2 * total, 1), dtype=int, device=device)
     ids = wp.empty(max(2 * total, 1), dtype=int, device=device)
-    launch(_fill, number, [*geometry, last], [tile, ids], device=device, grain=64)
-    if total:
-        wp.utils.radix_sort_pairs(tile, ids, total, end_bit=max(int(tiles).bit_length(), 1))
+    launch(_fill, number, [*geometry, last], [tile, ids], device=device, grain=512)
     lists = Candidates()
-    lists.first = wp.empty(tiles + 1, dtype=int, device=device)
+    lists.first = sorted_lists(tile, ids, total, tiles, device)
     lists.ids = ids
     lists.near = wp.array(shapes.near, dtype=float, device=device)
-    launch(_starts, tiles + 1, [tile, total], [lists.first], device=device)
     return lists

@@ -29,8 +29,8 @@ FOREVER = wp.constant(1.0e30)
 
 # What the evaluation is for: the first node after a gap, the next node or a suspected maximum, a root.
 _ENTER, _NEXT, _STEP, _ROOT = (wp.constant(k) for k in range(4))
-_SPLITS = wp.constant(6)
-_TRIES = wp.constant(12)
+SPLITS = wp.constant(6)
+TRIES = wp.constant(12)
 
 
 @wp.struct
@@ -81,7 +81,7 @@ def cubic_peak(a: float, da: float, b: float, db: float):
 
 
 @wp.func
-def _suspect(a: float, da: float, b: float, db: float):
+def suspect(a: float, da: float, b: float, db: float):
     """Where in 0..1 that cubic, a, b < 0, has an inner maximum that may reach 0; 0 if it has none."""
     # Its Bezier control values bound a cubic.
     if wp.max(a + da / 3.0, b - db / 3.0) < -MARGIN:
@@ -299,9 +299,9 @@ def first_hit(kinds_used, counted=False):
                     mode = _ROOT
                     tries = 0
                 else:
-                    u = _suspect(g, s * (right - t), g_right, s_right * (right - t))
+                    u = suspect(g, s * (right - t), g_right, s_right * (right - t))
                     # Splits too short to matter would never get on.
-                    if u * (right - t) > 0.02 * (node - t) and tries < _SPLITS:
+                    if u * (right - t) > 0.02 * (node - t) and tries < SPLITS:
                         tries += 1
                         t_e = t + u * (right - t)
                         continue
@@ -314,7 +314,7 @@ def first_hit(kinds_used, counted=False):
                     continue
             else:
                 tries += 1
-                if wp.abs(g_e) < CLOSE or tries == _TRIES:
+                if wp.abs(g_e) < CLOSE or tries == TRIES:
                     hit = t_e
                     if s_e > 0.0:
                         hit = wp.clamp(t_e - g_e / s_e, t, right)

@@ -2,6 +2,7 @@
 
 # ruff: noqa: UP018 - bool(False) makes a variable that Warp lets a branch change
 
+import functools
 import math
 import warnings
 
@@ -10,11 +11,11 @@ import warp as wp
 
 from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.launch import device_named, launch
-from fieldsim.render import bounds, layers
+from fieldsim.render import bells, bounds, layers, shadows
 from fieldsim.render.camera import Camera
 from fieldsim.render.candidates import TILE, View, candidates, capsules
 from fieldsim.render.hermite import Scene
-from fieldsim.render.primary import OVERFLOW, trace_kernel
+from fieldsim.render.primary import OVERFLOW, bells_kernel, trace_kernel
 from fieldsim.render.shading import BALLS, Balls, Hits, lights_of, shade_kernel
 from fieldsim.render.sky import sky_of
 from fieldsim.render.solids import SolidStage
@@ -119,7 +120,12 @@ class Renderer:
         if layered:
             layers.prepare(hits, count, stage.scene.materials.shape[0], self.device)
         inputs = [stage.view, stage.scene, stage.lists, stage.balls, stage.ball_lists]
-        launch(trace_kernel(stage.kinds, layered=layered), count, [*inputs, samples, hits], device=self.device)
+        if stage.bells and not layered:
+            kernel = bells_kernel(stage.kinds, stage.bells == "segments")
+            given = [stage.view, stage.scene, stage.table, stage.lists, stage.balls, stage.ball_lists]
+            self._launch_groups(kernel, count, [*given, samples, hits])
+        else:
+            launch(trace_kernel(stage.kinds, layered=layered), count, [*inputs, samples, hits], device=self.device)
         self.rays += count
         late = np.flatnonzero(hits.thing.numpy()[:count] == int(OVERFLOW))
         for which, scratch in self._scratch(late, stage):
@@ -134,18 +140,28 @@ class Renderer:
             stage.solids.overlay(hits, stage.lights, stage.view.pixel, count)
         return hits
 
+    def _launch_groups(self, kernel, count, arguments):
+        """Launch a kernel whose items are groups of samples: a tile on a CPU, single samples where there are many cores."""
+        group = 1 if self.device.is_cuda else TILE * TILE
+        launch(kernel, -(-count // group), [group, *arguments], device=self.device, grain=4)
+
     def _shade(self, stage, hits, count):
         color = wp.empty(count, dtype=wp.vec3, device=self.device)
         rays = wp.empty(count, dtype=int, device=self.device)
-        inputs = [stage.scene, stage.tree, stage.balls, stage.lights, stage.sky]
-        launch(shade_kernel(stage.kinds), count, [*inputs, hits, color, rays], device=self.device)
+        inputs = [stage.balls, stage.lights, stage.sky]
+        if stage.bells:
+            kernel = shadows.shade_kernel(stage.bells == "segments")
+            self._launch_groups(kernel, count, [stage.table, stage.blockers, *inputs, hits, color, rays])
+        else:
+            inputs = [stage.scene, stage.tree, *inputs]
+            launch(shade_kernel(stage.kinds), count, [*inputs, hits, color, rays], device=self.device)
         cast = rays.numpy()
         late = np.flatnonzero(cast < 0)
         for which, scratch in self._scratch(late, stage):
             launch(
                 shade_kernel(stage.kinds, True),
                 len(which),
-                [*inputs, which, hits, color, rays, *scratch],
+                [stage.scene, stage.tree, *inputs[-3:], which, hits, color, rays, *scratch],
                 device=self.device,
                 grain=1,
             )
@@ -213,7 +229,7 @@ class Stage:
     """A snapshot on the device, as one camera sees it: lengths relative to the eye, in units of `unit`."""
 
     def __init__(self, snapshot, camera, renderer):
-        device = renderer.device
+        self.device = device = renderer.device
         centers, radii, colors = snapshot.spheres
         eye = np.asarray(camera.eye)
         self.view = _view(camera, renderer.size)
@@ -223,6 +239,8 @@ class Stage:
         self.unit = bounds.unit_of(surface.elements, radii if len(radii) else solids.lengths)
         self.bounded = bounded = bounds.bound(surface.elements, eye, self.unit)
         self.scene = _scene(bounded, surface, eye, self.unit, device)
+        self.bells = bells.kind_of(bounded)
+        self.table = bells.bells_of(bounded, device) if self.bells else None
         shapes = capsules(bounded.start, bounded.end, bounded.radius, device)
         self.lists = candidates(self.view, shapes, device)
         centers, radii = (centers - eye) / self.unit, radii / self.unit
@@ -232,13 +250,22 @@ class Stage:
         self.sky = sky_of(snapshot.world.background, self.view.pixel)
         self.solids = SolidStage(solids, eye, self.unit, device) if len(solids) else None
         self._bvhs = []
-        needed = renderer.shadows and any(light.shadows for light in snapshot.world.lights)
-        self.tree = self._tree(bounded.start, bounded.end, bounded.radius, device) if needed else wp.uint64(0)
+        self.shadows = needed = renderer.shadows and any(light.shadows for light in snapshot.world.lights)
+        if self.bells:
+            self.blockers = shadows.blockers_of(self.lights, bounded, self, device)
         self.balls = Balls()
         self.balls.center = ball_shapes.start
         self.balls.radius = ball_shapes.radius
         self.balls.color = wp.array(colors, dtype=wp.vec3, device=device)
         self.balls.tree = self._tree(centers, centers, radii, device) if needed else wp.uint64(0)
+
+    @functools.cached_property
+    def tree(self):
+        """A tree of all elements, for rays that come from anywhere."""
+        bounded = self.bounded
+        if not self.shadows:
+            return wp.uint64(0)
+        return self._tree(bounded.start, bounded.end, bounded.radius, self.device)
 
     def _tree(self, start, end, radius, device):
         if not len(start):

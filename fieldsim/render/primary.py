@@ -7,7 +7,7 @@ import functools
 import warp as wp
 
 from fieldsim.potentials import cells
-from fieldsim.render import hermite
+from fieldsim.render import bells, hermite
 from fieldsim.render.candidates import TILE, Candidates, View, direction
 from fieldsim.render.shading import BALLS, Balls, Hits
 from fieldsim.render.textures import color_at
@@ -58,63 +58,10 @@ def _weighed(hits: Hits, i: int, material: int, weight: float):
 
 
 @functools.cache
-def trace_kernel(kinds_used, in_scratch=False, layered=False):
-    """The kernel that traces samples.
-
-    in_scratch: intervals live in global memory, with room for all elements; layered: adds to `Hits.work` and
-    `Hits.weights`.
-    """
-    sweep = hermite.first_hit(kinds_used, layered)
-    of_ray, weigh = (_ray_counted, _weighed) if layered else (_ray_alone, _unweighed)
+def recorder(kinds_used, layered=False):
+    """The Warp function that writes down what a sample sees. layered: adds to `Hits.weights`."""
     element = cells.element_field(kinds_used).warp(wp.float32)
-
-    @wp.func
-    def first_surface(
-        d: wp.vec3,
-        far: float,
-        tile: int,
-        scene: hermite.Scene,
-        lists: Candidates,
-        ids: wp.array(dtype=int),
-        t0s: wp.array(dtype=float),
-        t1s: wp.array(dtype=float),
-        room: int,
-    ):
-        """(t, side, count) of the first hit before `far`; t is NO_HIT for none and OVERFLOW where intervals do not fit.
-
-        The tile's candidates are worked through in windows: as many as there is room for, up to the next one's near
-        distance.
-        """
-        o = wp.vec3(0.0, 0.0, 0.0)
-        cursor = int(lists.first[tile])
-        last = lists.first[tile + 1]
-        hit = float(hermite.NO_HIT)
-        side = float(0.0)
-        begin = float(0.0)
-        count = int(0)
-        while begin < far:
-            count = hermite.keep_after(ids, t0s, t1s, count, begin)
-            while cursor < last and count < room:
-                i = lists.ids[cursor]
-                if lists.near[i] >= far:
-                    cursor = last
-                    break
-                t0, t1 = pierce(o, d, scene.shape[i], scene.rows, i, scene.reach[i])
-                if t1 > begin and t0 < t1 and t0 < far:
-                    count = hermite.insert(ids, t0s, t1s, count, i, t0, t1)
-                cursor += 1
-            end = float(far)
-            if cursor < last:
-                end = wp.min(far, lists.near[lists.ids[cursor]])
-            if end <= begin:
-                hit = float(OVERFLOW)
-                break
-            if count > 0:
-                hit, side = sweep(scene, o, d, begin, end, side, ids, t0s, t1s, count)
-            if hit >= 0.0:
-                break
-            begin = float(end)
-        return hit, side, count
+    weigh = _weighed if layered else _unweighed
 
     @wp.func
     def describe(
@@ -165,6 +112,99 @@ def trace_kernel(kinds_used, in_scratch=False, layered=False):
         hits.lift[i] = 2.0e-3 * width
 
     @wp.func
+    def record(
+        i: int,
+        d: wp.vec3,
+        hit: float,
+        side: float,
+        far: float,
+        ball: int,
+        scene: hermite.Scene,
+        balls: Balls,
+        hits: Hits,
+        ids: wp.array(dtype=int),
+        t1s: wp.array(dtype=float),
+        count: int,
+    ):
+        hits.direction[i] = d
+        hits.depth[i] = hit
+        hits.thing[i] = -1
+        hits.normal[i] = wp.vec3(0.0, 0.0, 0.0)
+        if hit == OVERFLOW:
+            hits.thing[i] = OVERFLOW
+        elif hit >= 0.0:
+            describe(i, hit, side, d, scene, hits, ids, t1s, count)
+        elif ball >= 0:
+            hits.depth[i] = far
+            hits.thing[i] = BALLS + ball
+            hits.normal[i] = wp.normalize(far * d - balls.center[ball])
+            hits.color[i] = balls.color[ball]
+            hits.light[i] = wp.vec4(1.0, 0.9, 0.25, 40.0)
+            hits.lift[i] = 1.0e-3 * balls.radius[ball]
+
+    return record
+
+
+@functools.cache
+def trace_kernel(kinds_used, in_scratch=False, layered=False):
+    """The kernel that traces samples.
+
+    in_scratch: intervals live in global memory, with room for all elements; layered: adds to `Hits.work` and
+    `Hits.weights`.
+    """
+    sweep = hermite.first_hit(kinds_used, layered)
+    of_ray = _ray_counted if layered else _ray_alone
+    record = recorder(kinds_used, layered)
+
+    @wp.func
+    def first_surface(
+        d: wp.vec3,
+        far: float,
+        tile: int,
+        scene: hermite.Scene,
+        lists: Candidates,
+        ids: wp.array(dtype=int),
+        t0s: wp.array(dtype=float),
+        t1s: wp.array(dtype=float),
+        room: int,
+    ):
+        """(t, side, count) of the first hit before `far`; t is NO_HIT for none and OVERFLOW where intervals do not fit.
+
+        The tile's candidates are worked through in windows: as many as there is room for, up to the next one's near
+        distance.
+        """
+        o = wp.vec3(0.0, 0.0, 0.0)
+        cursor = int(lists.first[tile])
+        last = lists.first[tile + 1]
+        hit = float(hermite.NO_HIT)
+        side = float(0.0)
+        begin = float(0.0)
+        count = int(0)
+        while begin < far:
+            count = hermite.keep_after(ids, t0s, t1s, count, begin)
+            while cursor < last and count < room:
+                i = lists.ids[cursor]
+                if lists.near[i] >= far:
+                    cursor = last
+                    break
+                t0, t1 = pierce(o, d, scene.shape[i], scene.rows, i, scene.reach[i])
+                if t1 > begin and t0 < t1 and t0 < far:
+                    count = hermite.insert(ids, t0s, t1s, count, i, t0, t1)
+                cursor += 1
+            end = float(far)
+            if cursor < last:
+                end = wp.min(far, lists.near[lists.ids[cursor]])
+            if end <= begin:
+                hit = float(OVERFLOW)
+                break
+            if count > 0:
+                hit, side = sweep(scene, o, d, begin, end, side, ids, t0s, t1s, count)
+            if hit >= 0.0:
+                break
+            begin = float(end)
+        return hit, side, count
+
+    @wp.func
     def trace(
         i: int,
         view: View,
@@ -184,21 +224,7 @@ def trace_kernel(kinds_used, in_scratch=False, layered=False):
         tile = int(s[1]) // TILE * view.tiles + int(s[0]) // TILE
         far, ball = nearest_ball(d, tile, ball_lists, balls)
         hit, side, count = first_surface(d, far, tile, of_ray(scene, hits, i), lists, ids, t0s, t1s, room)
-        hits.direction[i] = d
-        hits.depth[i] = hit
-        hits.thing[i] = -1
-        hits.normal[i] = wp.vec3(0.0, 0.0, 0.0)
-        if hit == OVERFLOW:
-            hits.thing[i] = OVERFLOW
-        elif hit >= 0.0:
-            describe(i, hit, side, d, scene, hits, ids, t1s, count)
-        elif ball >= 0:
-            hits.depth[i] = far
-            hits.thing[i] = BALLS + ball
-            hits.normal[i] = wp.normalize(far * d - balls.center[ball])
-            hits.color[i] = balls.color[ball]
-            hits.light[i] = wp.vec4(1.0, 0.9, 0.25, 40.0)
-            hits.lift[i] = 1.0e-3 * balls.radius[ball]
+        record(i, d, hit, side, far, ball, scene, balls, hits, ids, t1s, count)
 
     if in_scratch:
 
@@ -241,3 +267,48 @@ def trace_kernel(kinds_used, in_scratch=False, layered=False):
         trace(i, view, scene, lists, balls, ball_lists, samples, hits, ids, t0s, t1s, _ROOM)
 
     return trace_samples
+
+
+@functools.cache
+def bells_kernel(kinds_used, segments):
+    """The kernel that traces samples of scenes made of bells."""
+    gather, search = bells.functions(segments)
+    record = recorder(kinds_used)
+    room = int(bells.ROOM)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def trace_bells(
+        start: int,
+        group: int,
+        view: View,
+        scene: hermite.Scene,
+        table: bells.Bells,
+        lists: Candidates,
+        balls: Balls,
+        ball_lists: Candidates,
+        samples: wp.array(dtype=wp.vec2),
+        hits: Hits,
+    ):
+        ids = wp.zeros(shape=room, dtype=int)
+        bell = wp.zeros(shape=room, dtype=wp.vec4)
+        ends = wp.zeros(shape=wp.static(room if segments else 1), dtype=wp.vec4)
+        t0s = wp.zeros(shape=room, dtype=float)
+        t1s = wp.zeros(shape=room, dtype=float)
+        o = wp.vec3(0.0, 0.0, 0.0)
+        first = (start + wp.tid()) * group
+        for i in range(first, wp.min(first + group, samples.shape[0])):
+            s = samples[i]
+            d = direction(view, s[0], s[1])
+            tile = int(s[1]) // TILE * view.tiles + int(s[0]) // TILE
+            far, ball = nearest_ball(d, tile, ball_lists, balls)
+            count = int(0)
+            opaque = float(far)
+            for k in range(lists.first[tile], lists.first[tile + 1]):
+                j = lists.ids[k]
+                if lists.near[j] >= opaque:
+                    break
+                count, opaque = gather(j, o, d, opaque, table, ids, bell, ends, t0s, t1s, count)
+            hit, count = search(far, opaque, False, ids, bell, ends, t0s, t1s, count)
+            record(i, d, hit, -1.0, far, ball, scene, balls, hits, ids, t1s, count)
+
+    return trace_bells

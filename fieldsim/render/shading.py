@@ -77,6 +77,42 @@ def ball_shadow(o: wp.vec3, d: wp.vec3, far: float, balls: Balls):
     return False
 
 
+@wp.func
+def unlit(i: int, hits: Hits, sky: Sky):
+    """The colour of a sample without lights: the sky, or what it throws on a surface."""
+    if hits.thing[i] == -1:
+        return background(hits.direction[i], sky)
+    u = 0.5 + 0.5 * hits.normal[i][2]
+    ambient = sky.ambient_bottom + u * (sky.ambient_top - sky.ambient_bottom)
+    return hits.light[i][0] * wp.cw_mul(hits.color[i], ambient)
+
+
+@wp.func
+def hidden(i: int, light: int, hits: Hits):
+    """Whether a hard shape hides a light from hit i."""
+    if hits.blocked.shape[0] == 0:
+        return False
+    return hits.blocked[i, light] == wp.uint8(1)
+
+
+@wp.func
+def towards(p: wp.vec3, where: wp.vec4):
+    """(unit direction, distance) of a light from p."""
+    to = wp.vec3(where[0], where[1], where[2]) - where[3] * p
+    distance = wp.length(to)
+    return to / distance, wp.where(where[3] > 0.0, distance, hermite.FOREVER)
+
+
+@wp.func
+def lit(i: int, toward: wp.vec3, light: wp.vec3, hits: Hits):
+    """What a light adds to the colour of a sample on a surface that faces it."""
+    n = hits.normal[i]
+    factors = hits.light[i]
+    half = wp.normalize(toward - hits.direction[i])
+    gloss = factors[2] * wp.pow(wp.max(wp.dot(n, half), 0.0), factors[3])
+    return wp.dot(n, toward) * wp.cw_mul(light, factors[1] * hits.color[i] + wp.vec3(gloss, gloss, gloss))
+
+
 def lights_of(lights, eye, unit, shadows, device) -> Lights:
     """Lights on a device, relative to the eye."""
     where = np.zeros((max(len(lights), 1), 4))
@@ -148,46 +184,25 @@ def shade_kernel(kinds_used, in_scratch=False):
         t1s: wp.array(dtype=float),
         room: int,
     ):
-        d = hits.direction[i]
-        n = hits.normal[i]
-        if hits.thing[i] == -1:
-            color[i] = background(d, sky)
-            rays[i] = 0
-            return
-        p = hits.depth[i] * d + hits.lift[i] * n
-        factors = hits.light[i]
-        u = 0.5 + 0.5 * n[2]
-        ambient = sky.ambient_bottom + u * (sky.ambient_top - sky.ambient_bottom)
-        base = hits.color[i]
-        result = factors[0] * wp.cw_mul(base, ambient)
+        result = unlit(i, hits, sky)
         cast = int(0)
-        for k in range(lights.where.shape[0]):
-            w = lights.where[k]
-            to = wp.vec3(w[0], w[1], w[2]) - w[3] * p
-            distance = wp.length(to)
-            toward = to / distance
-            lit = wp.dot(n, toward)
-            if lit <= 0.0:
-                continue
-            if lights.shadows[k] == 1:
-                cast += 1
-                if hits.blocked.shape[0] > 0:
-                    if hits.blocked[i, k] == wp.uint8(1):
+        if hits.thing[i] != -1:
+            p = hits.depth[i] * hits.direction[i] + hits.lift[i] * hits.normal[i]
+            for k in range(lights.where.shape[0]):
+                toward, far = towards(p, lights.where[k])
+                if wp.dot(hits.normal[i], toward) <= 0.0:
+                    continue
+                if lights.shadows[k] == 1:
+                    cast += 1
+                    if hidden(i, k, hits) or ball_shadow(p, toward, far, balls):
                         continue
-                far = wp.where(w[3] > 0.0, distance, hermite.FOREVER)
-                if ball_shadow(p, toward, far, balls):
-                    continue
-                dark = surface_shadow(scene, tree, p, toward, far, ids, t0s, t1s, room)
-                if dark == 1:
-                    continue
-                if dark == -1:
-                    cast = -1
-                    break
-            half = wp.normalize(toward - d)
-            gloss = wp.pow(wp.max(wp.dot(n, half), 0.0), factors[3])
-            result += wp.cw_mul(
-                lights.color[k], lit * factors[1] * base + lit * factors[2] * gloss * wp.vec3(1.0, 1.0, 1.0)
-            )
+                    dark = surface_shadow(scene, tree, p, toward, far, ids, t0s, t1s, room)
+                    if dark == 1:
+                        continue
+                    if dark == -1:
+                        cast = -1
+                        break
+                result += lit(i, toward, lights.color[k], hits)
         color[i] = result
         rays[i] = cast
 

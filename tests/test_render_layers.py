@@ -36,8 +36,9 @@ def soft():
 def test_depth_and_normals_are_those_of_the_picture(soft):
     renderer, snapshot, layers = soft
     depth, normals = renderer.depth_and_normals(snapshot, CAMERA)
-    np.testing.assert_array_equal(layers["depth"], depth)
-    np.testing.assert_array_equal(layers["normal"], normals)
+    # Pictures of Gaussian blobs take their closed forms along the ray, layers the sweep that can be counted.
+    np.testing.assert_allclose(layers["depth"], depth, rtol=3e-6)
+    np.testing.assert_allclose(layers["normal"], normals, atol=1e-4)
     miss = layers["thing"] == of.NOTHING
     assert miss.any()
     assert (miss == np.isinf(depth)).all()

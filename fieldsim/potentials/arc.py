@@ -34,6 +34,8 @@ from fieldsim.potentials.circle import TAU, cauchy_circle, gaussian_circle, newt
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
 from fieldsim.potentials.primitive import Primitive
 
+THIRD = 1 / 3
+
 
 @dataclasses.dataclass(frozen=True)
 class Arc(Primitive):
@@ -194,8 +196,11 @@ def newtonian_arc(
     height2 = z * z + softening * softening
     near2 = inner * inner + height2
     far2 = outer * outer + height2
-    far = math.sqrt(far2)
-    m1 = near2 / far2
+    # Divisions wait for no root where a product with one can follow them.
+    per = real(1.0) / far2
+    per_far = math.sqrt(far2) * per
+    per_versine = real(1.0) / versine
+    m1 = near2 * per
     e0 = m1 * c0 * c0 + s0 * s0
     e1 = m1 * c1 * c1 + s1 * s1
     d0 = math.sqrt(e0)
@@ -204,48 +209,53 @@ def newtonian_arc(
     cos = m1 * c0 * c1 + s0 * s1
     p = real(0.0)
     if cos > real(0.0):
-        p = (n + cos) / versine
+        p = (n + cos) * per_versine
     elif n > real(0.0):
-        p = turn / versine * turn * (m1 / (n - cos))
+        p = turn * per_versine * turn * (m1 / (n - cos))
     if n == real(0.0) or p + m1 == real(0.0):
         zero = real(0.0)
         return real(math.inf), zero, zero, zero, zero, zero, zero, zero, zero, zero
+    h0 = real(1.0) / e0
+    h1 = real(1.0) / e1
+    per_n = (d0 * h0) * (d1 * h1)
+    half_per = real(0.5) * per_n * per_versine
     sum_sin = s0 * c1 + c0 * s1
-    p_near = _end_product(c0, c1, c0 * c0 * e1 + c1 * c1 * e0, n, turn * sum_sin) / (real(2.0) * n * versine)
-    p_far = _end_product(s0, s1, s0 * s0 * e1 + s1 * s1 * e0, n, m1 * turn * sum_sin) / (real(2.0) * n * versine)
+    p_near = _end_product(c0, c1, c0 * c0 * e1 + c1 * c1 * e0, n, turn * sum_sin) * half_per
+    p_far = _end_product(s0, s1, s0 * s0 * e1 + s1 * s1 * e0, n, m1 * turn * sum_sin) * half_per
     y = p + m1
     z1 = p + real(1.0)
     r_near, r_far, ratio = carlson_d_trio(p, y, z1)
     mixed = real(0.0)
     if p > real(0.0):
         mixed = real(1.0) / (math.sqrt(p) * math.sqrt(y) * math.sqrt(z1))
-    f = real(4.0) * radius / far * (p * mixed + (m1 * r_near + r_far) / real(3.0))
-    push = -real(4.0) / real(3.0) * radius / (far2 * far)
+    scale = real(4.0) * radius * per_far
+    f = scale * (p * mixed + (m1 * r_near + r_far) * real(THIRD))
+    push = -scale * per * real(THIRD)
     j_near = r_near + real(3.0) * mixed * p_near
     j_far = r_far + real(3.0) * mixed * p_far
-    swing = real(4.0) * radius * radius / far2 * sum_sin * turn / (n * (d0 + d1)) / far
+    rise = sum_sin * turn * per_n
+    swing = scale * radius * per * rise / (d0 + d1)
     # Six times the derivative by both, of Carlson's integral and of p (p_near p_far = (sum_sin p / 2 n)^2).
-    step = sum_sin / n
-    rise = turn * step
-    both = step * step * p / real(8.0) - m1 * rise * rise / (real(4.0) * n * versine)
+    step = sum_sin * per_n
+    both = step * step * p * real(0.125) - real(0.5) * m1 * rise * rise * half_per
     both += real(0.5) * (p_far * (p_near + real(1.0)) / y + p_near * (p_far + real(1.0)) / z1)
     both = real(6.0) * mixed * both + ratio
     near_near = real(3.0) * j_near - both
     far_far = real(3.0) * j_far - m1 * both
     isotropic = j_near + j_far
-    radial = inner * inner / near2 * near_near + outer * (real(2.0) * inner * both + outer * far_far) / far2
-    mixed_pull = inner * z / near2 * near_near + z * (real(2.0) * rho * both + outer * far_far) / far2
-    height = z * z / near2 * near_near + z * z * (real(2.0) * both + far_far) / far2
-    t0 = (d1 + real(2.0) * d0) / e0
-    t1 = (d0 + real(2.0) * d1) / e1
-    twist = -swing / (far2 * (d0 + d1))
+    radial = inner * inner / near2 * near_near + outer * (real(2.0) * inner * both + outer * far_far) * per
+    mixed_pull = inner * z / near2 * near_near + z * (real(2.0) * rho * both + outer * far_far) * per
+    height = z * z / near2 * near_near + z * z * (real(2.0) * both + far_far) * per
+    t0 = (d1 + real(2.0) * d0) * h0
+    t1 = (d0 + real(2.0) * d1) * h1
+    twist = -swing * per / (d0 + d1)
     return (
         f,
         push * (inner * j_near + outer * j_far),
         swing,
         push * z * isotropic,
         push * (isotropic - radial),
-        push * (isotropic - real(4.0) * radius * radius / far2 * both),
+        push * (isotropic - real(4.0) * radius * radius * per * both),
         push * (isotropic - height),
         twist * (inner * (c0 * c0 * t0 + c1 * c1 * t1) + outer * (s0 * s0 * t0 + s1 * s1 * t1)),
         -push * mixed_pull,

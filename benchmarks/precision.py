@@ -1,17 +1,16 @@
 """What precision costs: energy errors, wall time to reach them, and how they grow; REBOUND beside them.
 
-`python -m benchmarks precision [--full]`; `python -m benchmarks.precision` draws docs/precision.png. Times are CPU time
-of one core, kernels compiled beforehand.
+`python -m benchmarks precision [--full]` writes docs/motion.md with its pictures docs/precision.png and docs/energy.png
+from the same figures. Times are CPU time of one core, kernels compiled beforehand.
 """
 
 import dataclasses
-import pathlib
 import time
 
 import numpy as np
 
-from benchmarks import rebound_peer
-from fieldsim.dynamics import integrators
+from benchmarks import motion_page, rebound_peer
+from fieldsim.dynamics.integrators import Splitting
 from fieldsim.dynamics.radau import Radau
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.potentials.circle import Circle
@@ -28,25 +27,30 @@ BODIES = {
 }
 SPAN = 50.0
 PERIOD = 2 * np.pi * 2.5**1.5
+# Steps of the long runs around the donut, and of the work-precision curves.
+STEP = 0.05
+LONG = ("Radau(1e-09)", "Leapfrog(0.05)", "Omelyan6(0.05)", "BlanesMoan6(0.05)")
 FIXED_STEPS = (0.4, 0.2, 0.1, 0.05, 0.025, 0.0125)
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 
 
+PEER = "REBOUND IAS15, C force"
+
+
 def methods():
     """Every integrator of fixed steps, by name."""
-    found = {}
-    for name, thing in vars(integrators).items():
-        fields = {f.name for f in dataclasses.fields(thing)} if dataclasses.is_dataclass(thing) else ()
-        if "dt" in fields and isinstance(getattr(thing, "order", None), int):
-            found[name] = thing
-    return found
+    return {method.__name__: method for method in Splitting.__subclasses__()}
 
 
 def rows(full: bool = False):
-    """Kepler orbits, time to precision, growth of errors; full: 1e5 orbits of the donut."""
+    """Kepler orbits, time to precision, growth of errors; full: 1e5 orbits of the donut, too. Writes docs/motion.md."""
     yield from kepler_rows()
     yield from needle_rows()
-    yield from growth_rows(100_000 if full else 1000)
+    runs = growth_runs(1000)
+    yield from growth_rows(runs)
+    long = growth_runs(100_000, LONG) if full else {}
+    yield from growth_rows(long)
+    motion_page.write(curves(), runs, long)
 
 
 def directions(count, seed=0):
@@ -139,7 +143,7 @@ def needle_rows(count=64, repeats=5):
     peer = {}
     if rebound_peer.library():
         runs = [peer_history("needle", [s[:16] for s in starts], [SPAN]) for _ in range(3)]
-        peer = {"peer": "REBOUND IAS15, C force", "peer_value": 1e6 * min(seconds for _, seconds in runs)}
+        peer = {"peer": PEER, "peer_value": 1e6 * min(seconds for _, seconds in runs)}
         peer_error = float(np.sqrt(np.mean(runs[0][0] ** 2)))
     for tolerance in (1e-9, 1e-8):
         runs = [history("needle", starts, [SPAN], Radau(tolerance)) for _ in range(repeats)]
@@ -149,34 +153,55 @@ def needle_rows(count=64, repeats=5):
         yield row | ({"peer": peer["peer"], "peer_value": peer_error} if peer else {})
 
 
-def growth_rows(turns, count=8):
-    """Energy errors after many orbits of the donut, the power of time with which they grow, and their cost.
+@dataclasses.dataclass(frozen=True)
+class Run:
+    """Orbits of the donut: when they were looked at, relative energy errors (times, N), CPU seconds of each."""
 
-    Medians over the orbits: one or two come close to the wire, where the energy itself is known less well.
-    """
+    times: np.ndarray
+    errors: np.ndarray
+    seconds: float
+
+    @property
+    def turns(self):
+        """Orbits so far, at each look."""
+        return self.times / PERIOD
+
+    @property
+    def sizes(self):
+        """Median error over the orbits: one or two come close to the wire, where energy itself is known less well."""
+        return np.maximum(np.median(np.abs(self.errors), axis=1), 1e-17)
+
+    @property
+    def summary(self):
+        """Median error over the last half of the time, its power of time, microseconds an orbit."""
+        late = self.times > self.times[-1] / 100
+        power = np.polyfit(np.log(self.times[late]), np.log(self.sizes[late]), 1)[0]
+        last = float(np.median(self.sizes[self.times > self.times[-1] / 2]))
+        return last, float(power), 1e6 * self.seconds * PERIOD / self.times[-1]
+
+
+def growth_runs(turns, names=None, count=8):
+    """Many orbits of the donut under the integrators of these names, all unless told, and under the peer, by name."""
     times = PERIOD * np.unique(np.geomspace(1, turns, 40).round())
     starts = orbits(count)
-    chosen = {"Radau(1e-09)": Radau(), "Radau(1e-08)": Radau(1e-8)}
-    chosen |= {f"{name}(0.05)": method(0.05) for name, method in methods().items()}
-    peer = {}
+    chosen = {f"Radau({tolerance:g})": Radau(tolerance) for tolerance in (1e-9, 1e-8)}
+    chosen |= {f"{name}({STEP})": method(STEP) for name, method in methods().items()}
+    chosen = {name: method for name, method in chosen.items() if names is None or name in names}
+    runs = {name: Run(times, *history("donut", starts, times, method)) for name, method in chosen.items()}
     if rebound_peer.library():
-        peer = dict(zip(("size", "growth", "cost"), _growth(*peer_history("donut", starts, times), times), strict=True))
-    for name, method in chosen.items():
-        found = _growth(*history("donut", starts, times, method), times)
-        for value, (key, unit) in zip(
-            found, (("size", "|dE/E|"), ("growth", "power of time"), ("cost", "us/orbit")), strict=True
-        ):
-            row = {"name": f"donut, {turns} orbits, {name}, {key}", "value": value, "unit": unit}
-            yield row | ({"peer": "REBOUND IAS15, C force", "peer_value": peer[key]} if peer else {})
+        runs[PEER] = Run(times, *peer_history("donut", starts, times))
+    return runs
 
 
-def _growth(errors, seconds, times):
-    """Median error over the last half of the time, its power of time, microseconds an orbit."""
-    size = np.maximum(np.median(np.abs(errors), axis=1), 1e-17)
-    late = times > times[-1] / 100
-    power = np.polyfit(np.log(times[late]), np.log(size[late]), 1)[0]
-    last = float(np.median(size[times > times[-1] / 2]))
-    return last, float(power), 1e6 * seconds * PERIOD / times[-1]
+def growth_rows(runs):
+    """Energy errors after many orbits of the donut, the power of time with which they grow, and their cost."""
+    peer = runs[PEER].summary if PEER in runs else (None,) * 3
+    kinds = (("size", "|dE/E|"), ("growth", "power of time"), ("cost", "us/orbit"))
+    for name, run in runs.items():
+        if name != PEER:
+            for value, other, (key, unit) in zip(run.summary, peer, kinds, strict=True):
+                row = {"name": f"donut, {run.turns[-1]:.0f} orbits, {name}, {key}", "value": value, "unit": unit}
+                yield row | ({"peer": PEER, "peer_value": other} if other else {})
 
 
 def curves(count=128):
@@ -191,27 +216,8 @@ def curves(count=128):
         result[name] = [point(*history("needle", starts, times, method(dt))) for dt in FIXED_STEPS]
     if rebound_peer.library():
         few = [s[:16] for s in starts]
-        result["REBOUND IAS15 (C force)"] = [point(*peer_history("needle", few, times))]
-        result["REBOUND leapfrog (C force)"] = [
+        result[PEER] = [point(*peer_history("needle", few, times))]
+        result["REBOUND leapfrog, C force"] = [
             point(*peer_history("needle", few, times, "leapfrog", dt)) for dt in FIXED_STEPS
         ]
     return result
-
-
-def picture(path):
-    """Draw the work-precision diagram."""
-    import matplotlib.pyplot as plt
-
-    figure, axes = plt.subplots(figsize=(8, 5.5), dpi=110)
-    for name, points in curves().items():
-        axes.loglog(*zip(*points, strict=True), "s--" if "REBOUND" in name else "o-", ms=4, lw=1.2, label=name)
-    axes.set(xlabel="CPU time an orbit to T = 50 [us], one core", ylabel="energy error, rms over orbits")
-    axes.set_title("Orbits about a softened needle: work and precision")
-    axes.grid(alpha=0.3)
-    axes.legend(fontsize=7, ncols=2)
-    figure.tight_layout()
-    figure.savefig(path)
-
-
-if __name__ == "__main__":
-    picture(pathlib.Path(__file__).parents[1] / "docs" / "precision.png")

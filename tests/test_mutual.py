@@ -7,7 +7,7 @@ import pytest
 import warp as wp
 
 import fieldsim as fs
-from fieldsim.dynamics.mutual import drift_kernel, kick_kernel
+from fieldsim.dynamics.mutual import drift_kernel, kick_kernel, potential_kernel
 
 LAW = fs.Newtonian(softening=0.05)
 
@@ -95,7 +95,8 @@ def test_what_does_not_go_together_is_refused():
 
 def test_kernels_compile_for_cuda(tmp_path):
     kinds = fs.Simulation(cluster())._gravity.kinds_used
-    for index, kernel in enumerate((kick_kernel(kinds, fs.Newtonian), drift_kernel)):
+    kernels = kick_kernel(kinds, fs.Newtonian), drift_kernel, potential_kernel(fs.Newtonian)
+    for index, kernel in enumerate(kernels):
         folder = tmp_path / str(index)
         wp.compile_aot_module(kernel.module, arch=90, use_ptx=True, module_dir=str(folder))
         assert list(folder.glob("*.ptx"))

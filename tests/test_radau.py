@@ -120,6 +120,23 @@ def test_single_steps_go_on_from_each_other():
         np.testing.assert_array_equal(begin, before)
         assert (end > begin).all()
         before = end
+    run.radau.step(np.median(before))
+    stay = before >= np.median(before)
+    np.testing.assert_array_equal(run.radau.span[1][stay], before[stay])
+    assert (run.radau.span[1][~stay] > before[~stay]).all()
+
+
+def test_the_closest_passage_is_remembered():
+    x, v, _ = comets(0.9)
+    run = simulation(STAR, x, v)
+    run.advance(3.0)
+    far = run.radau.closest[0]
+    run.advance(7.0)
+    tau, when = run.radau.closest
+    # The pericentre, where the acceleration a = 1 / d^2 changes in about sqrt(d / a) = d^1.5; steps are a tenth of it.
+    np.testing.assert_allclose(np.abs(when - 2 * math.pi * np.round(when / (2 * math.pi))), 0.0, atol=0.02)
+    assert ((tau > 0.3 * 0.1**1.5) & (tau < 3 * 0.1**1.5)).all()
+    assert (tau <= far).all()
 
 
 def test_a_close_passage_that_leapfrog_fails():
@@ -187,7 +204,9 @@ def test_a_jump_is_passed():
 
 def test_a_fall_into_a_bare_point_ends_with_a_clear_error():
     run = simulation(STAR, [[1.0, 0.5, 0.0], [3.0, 0.0, 0.0]], [[0.0, 0.0, 0.0], [0.0, 0.5, 0.0]])
-    with pytest.raises(FieldsimError, match=r"particle 0 of set 0 .* \(1 such particles\); soften"):
+    with pytest.raises(
+        FieldsimError, match=r"particle 0 of set 0 .* \(1 such particles\); soften what they fall into$"
+    ):
         run.advance(10.0)
     assert run.steps_done < 1000
     np.testing.assert_array_equal(np.isnan(run.positions[0]).any(axis=1), [True, False])

@@ -1,0 +1,197 @@
+"""Write docs/motion.md and its pictures from the figures of `python -m benchmarks precision`."""
+
+import inspect
+import itertools
+import pathlib
+
+import numpy as np
+
+from fieldsim.dynamics.auto import AHEAD, SAMPLE
+from fieldsim.dynamics.contact import SLOW
+from fieldsim.dynamics.energy_log import LOST
+from fieldsim.dynamics.integrators import Splitting
+from fieldsim.dynamics.touch import TOLERANCE
+
+DOCS = pathlib.Path(__file__).parents[1] / "docs"
+COLORS = (
+    *("black", "grey", "gold", "tab:orange", "tab:red", "crimson", "tab:pink", "tab:purple", "navy", "tab:blue"),
+    *("tab:cyan", "teal", "tab:green", "tab:olive", "tab:brown", "orchid"),
+)
+# Errors to be reached in the table of costs.
+TARGETS = (1e-4, 1e-8, 1e-12)
+
+PAGE = """# Motion
+
+Which integrator when, what each costs, and how contact, rest, friction and work are defined. Written by
+`python -m benchmarks precision`, from the classes and from what it measured.
+
+## Which integrator when
+
+| you want | give |
+|---|---|
+| a film, pebbles that bounce and rest | `fs.Leapfrog(dt)`: next to a surface every method is one |
+| an energy tolerance and no thought | `"auto"`, `fs.Auto(tolerance)` |
+| orbits to rounding, close passages, bare wires | `fs.Radau()` |
+| smooth orbits for very long times | `fs.BlanesMoan6(dt)`, `fs.Omelyan6(dt)`: nothing drifts but rounding |
+| free bodies, particles that pull each other | a splitting without force gradients: `fs.Leapfrog`, `fs.BlanesMoan6` |
+
+`fieldsim run SCENARIO --integrator NAME[:dt]` tries another (`auto:1e-6`, `radau`, `kahanli8:0.05`), and
+`--energy-plot FILE` draws how well energy was kept.
+
+`Auto` lets {sample} particles fly ahead with Radau for {ahead} trials' time, starts its trials shortly before the
+closest passage that each met, and takes the cheapest method and step that keep the tolerance there; Radau is one of
+them. It cannot know of a passage closer still. `EnergyLog` does, and warns where more than {lost:g} of a particle's
+energy is lost.
+
+`Radau` does not know contacts, the escape radius, free bodies and particles that pull each other, and refuses them.
+
+## Methods
+
+- *evaluations* of the pull in a step, and how many of them with the Hessian.
+- *donut*: median relative energy error after {turns:.0f} orbits of 2 to 3.5 radii about a bare ring in steps of 0.05
+  (an orbit takes about 25), the power of time with which it grows, microseconds an orbit.
+- *needle*: microseconds for an orbit to T = 50 about a softened needle with an rms energy error of {targets}.
+
+{methods}
+
+{sources}
+
+![Work and precision](precision.png)
+
+![Energy error against time](energy.png)
+
+All times are of one core, in float64, for particles that one thread moves together.
+
+## What is kept
+
+Splittings are symplectic and symmetric: where sources stand still energy swings with dt^order and does not drift, until
+rounding, which compensated summation lets grow as a random walk, is all that is left. Radau's error is rounding from
+the start. In a world that turns with one `Spin` the Jacobi integral takes energy's place.
+
+**Work.** Where sources move otherwise, a particle's energy E = v^2/2 - F changes by the work of whoever moves them:
+dE/dt = -dF/dt at its place. `EnergyLog` sums it with the splitting's own kicks (time is one more coordinate, and that
+rate is the kick of its momentum) and follows E less work, which is kept as energy is where sources are still.
+
+**Together.** Free bodies keep their energy in sum, contacts included, where prescribed bodies stand still, and momentum
+and angular momentum where there are none; so do particles that pull each other. The report of a film names all drifts.
+
+## Contact
+
+The surface is F = 1 of all bodies' surface fields. The *gap* of a ball of radius r at x is log F(x + r n), n the unit
+gradient at x: 0 at contact, negative outside. Far away, bounds of each element's reach say how far a particle may fly
+unseen; near by, its path is walked by a fraction of the surface's softness, and a change of sign is refined on the
+true gap to {gap:g}, from outside: nothing tunnels. A step in which contact is possible is taken as as many leapfrog
+steps as the method has evaluations, cut at contacts.
+
+**Bounce.** The normal velocity relative to the surface is reversed times `restitution`.
+
+**Friction.** Coulomb's: the impulse along the surface is at most `friction` times the normal one, and no more than
+ends the slip. With `rolling` the particle is a solid sphere, and slip is that of its lowest point.
+
+**Rest.** A touching particle whose normal speed is below {slow:g} g dt, g the pull along the normal, has landed: it
+slides on the surface, which pushes but never pulls (RATTLE), or, where friction can stop and hold it, sticks: it moves
+with the material, and does not move at all where that stands still.
+
+**Free bodies** touch by a conservative energy of overlap, spread over points of their surfaces, of stiffness
+`Rigid(stiffness=...)`; nothing is lost, and momentum is kept.
+"""
+
+
+def write(curves, runs, long):
+    """Write the page and draw its pictures; without matplotlib the pictures stay as they are.
+
+    curves: {name: [(microseconds an orbit, error), ...]}; runs, long: {name: benchmarks.precision.Run}, the latter of
+    many more orbits, or nothing.
+    """
+    turns = next(iter(runs.values())).turns[-1]
+    text = PAGE.format(
+        sample=SAMPLE,
+        ahead=AHEAD,
+        lost=LOST,
+        turns=turns,
+        targets=", ".join(f"{target:g}" for target in TARGETS),
+        methods="\n".join(_table(curves, runs)),
+        sources="\n".join(f"- `{m.__name__}`: {_words(m)}" for m in Splitting.__subclasses__()),
+        gap=float(TOLERANCE),
+        slow=float(SLOW),
+    )
+    (DOCS / "motion.md").write_text(text, encoding="utf-8")
+    try:
+        import matplotlib as _  # noqa: F401
+    except ImportError:
+        return
+    _draw_curves(curves, DOCS / "precision.png")
+    _draw_runs(runs | long, DOCS / "energy.png")
+
+
+def _words(method):
+    return " ".join(inspect.getdoc(method).split())
+
+
+def _table(curves, runs):
+    """Lines of the table of methods, then Radau and the peer."""
+    yield (
+        "| method | order | evaluations | with Hessian | donut error | growth | us | "
+        + " | ".join(f"needle {target:g}" for target in TARGETS)
+        + " |"
+    )
+    yield "|---|---:|---:|---:|---:|---:|---:|" + "---:|" * len(TARGETS)
+    facts = {m.__name__: (m.order, m.evaluations, sum(map(bool, m.gradients))) for m in Splitting.__subclasses__()}
+    for name, run in runs.items():
+        error, power, cost = run.summary
+        title = name.partition("(")[0]
+        order, evaluations, bends = facts.get(title, (15, "", ""))
+        needle = [_cost_of(curves.get(title, ()), target) for target in TARGETS]
+        cells = (name, order, evaluations, bends, f"{error:.1e}", f"{power:.2f}", f"{cost:.0f}", *needle)
+        yield "| " + " | ".join(map(str, cells)) + " |"
+
+
+def _cost_of(points, target):
+    """Microseconds at which a curve reaches an error, or "" where it does not."""
+    points = sorted(points)
+    for (cost, error), (more, better) in itertools.pairwise(points):
+        if better <= target < error:
+            share = np.log(error / target) / np.log(error / better)
+            return f"{np.exp((1 - share) * np.log(cost) + share * np.log(more)):.0f}"
+    return f"{points[0][0]:.0f}" if points and points[0][1] <= target else ""
+
+
+def _style(name):
+    return {"ls": "--" if "REBOUND" in name else "-", "marker": "s" if "REBOUND" in name else "o", "ms": 3, "lw": 1.1}
+
+
+def _axes(title, x, y):
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9, 6), dpi=110, layout="constrained")
+    axes = figure.add_subplot()
+    axes.set_prop_cycle(color=COLORS)
+    axes.set(xlabel=x, ylabel=y, xscale="log", yscale="log", title=title)
+    axes.grid(alpha=0.3)
+    return figure, axes
+
+
+def _draw_curves(curves, path):
+    figure, axes = _axes(
+        "Orbits about a softened needle: work and precision",
+        "CPU time of an orbit to T = 50 [us], one core",
+        "relative energy error, rms over the orbits",
+    )
+    for name, points in curves.items():
+        axes.plot(*zip(*points, strict=True), label=name, **_style(name))
+    axes.set_ylim(1e-17, 1.0)
+    axes.legend(fontsize=7, ncols=2)
+    figure.savefig(path)
+
+
+def _draw_runs(runs, path):
+    figure, axes = _axes(
+        "Orbits of the donut: energy error against time, and the power of time with which it grows",
+        "orbits",
+        "relative energy error, median over the orbits",
+    )
+    for name, run in runs.items():
+        axes.plot(run.turns, run.sizes, label=f"{name}: {run.summary[1]:+.2f}", **_style(name))
+    axes.set_ylim(1e-17, 1e-3)
+    axes.legend(fontsize=7, ncols=2)
+    figure.savefig(path)

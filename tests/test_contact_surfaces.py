@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fieldsim as fs
-from fieldsim.dynamics.distances import DISTANCES
+from fieldsim.potentials.distances import DISTANCES
 from fieldsim.dynamics.surfaces import REACH, with_reach
 
 BALL = 0.02

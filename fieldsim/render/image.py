@@ -17,6 +17,7 @@ from fieldsim.render.hermite import Scene
 from fieldsim.render.primary import OVERFLOW, trace_kernel
 from fieldsim.render.shading import BALLS, Balls, Hits, lights_of, shade_kernel
 from fieldsim.render.sky import sky_of
+from fieldsim.render.solvers import solver_named
 
 # Samples of a pixel on a 4 x 4 grid: four with no two in a row or column, then the other twelve.
 _ROOKS = ((0, 1), (1, 3), (2, 0), (3, 2))
@@ -36,11 +37,11 @@ class Renderer:
 
     size: (width, height) in pixels. quality: "draft" (edges get 4 samples a pixel) or "final" (up to 16).
     device: "cpu", "cuda", ... shadows, samples: switch shadows off, and set the greatest number of samples a pixel: 1,
-    4 or 16. rays: traced so far. A camera inside a body sees its surface from within.
-    Raises InputError for a size or a quality that cannot be.
+    4 or 16. solver: how primary rays find surfaces, see `solvers`. rays: traced so far. A camera inside a body sees its surface from within.
+    Raises InputError for a size, a quality or a solver that cannot be, and for a surface that the solver cannot do.
     """
 
-    def __init__(self, size=(640, 360), quality="final", device=None, *, shadows=True, samples=None):
+    def __init__(self, size=(640, 360), quality="final", device=None, *, shadows=True, samples=None, solver="hermite"):
         self.size = _checked_size(size)
         if quality not in QUALITIES:
             raise InputError(f"Renderer: quality is {quality!r}; give 'draft' or 'final'")
@@ -49,6 +50,7 @@ class Renderer:
             raise InputError(f"Renderer: samples is {samples!r}; give 1, 4 or 16")
         self.device = device_named(device)
         self.shadows = shadows
+        self.solver = solver_named(solver)
         self.rays = 0
         self._hits = {}
         self._warned = False
@@ -102,18 +104,21 @@ class Renderer:
     def _trace(self, stage, samples, name) -> Hits:
         count = samples.shape[0]
         hits = self._buffers(name, count)
-        inputs = [stage.view, stage.scene, stage.lists, stage.balls, stage.ball_lists]
-        launch(trace_kernel(stage.kinds), count, [*inputs, samples, hits], device=self.device)
+        lists = self.solver.lists(stage)
+        inputs = [stage.view, stage.scene, lists, stage.balls, stage.ball_lists]
+        options = self.solver.options
+        launch(trace_kernel(stage.kinds, **options), count, [*inputs, samples, hits], device=self.device)
         self.rays += count
         late = np.flatnonzero(hits.thing.numpy()[:count] == int(OVERFLOW))
         for which, scratch in self._scratch(late, stage):
             launch(
-                trace_kernel(stage.kinds, True),
+                trace_kernel(stage.kinds, True, **options),
                 len(which),
                 [*inputs, which, samples, hits, *scratch],
                 device=self.device,
                 grain=1,
             )
+        self.solver.finish(stage, hits, count)
         return hits
 
     def _shade(self, stage, hits, count):
@@ -196,9 +201,10 @@ class Stage:
 
     def __init__(self, snapshot, camera, renderer):
         device = renderer.device
-        surface = snapshot.surface
+        self.surface = surface = snapshot.surface
         centers, radii, colors = snapshot.spheres
-        eye = np.asarray(camera.eye)
+        self.eye = eye = np.asarray(camera.eye)
+        renderer.solver.check(surface.elements)
         self.count = len(surface.elements)
         self.kinds = surface.elements.kinds_used
         self.unit = bounds.unit_of(surface.elements, radii)

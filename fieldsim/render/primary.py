@@ -36,9 +36,12 @@ def nearest_ball(d: wp.vec3, tile: int, lists: Candidates, balls: Balls):
 
 
 @functools.cache
-def trace_kernel(kinds_used, in_scratch=False):
-    """The kernel that traces samples. in_scratch: intervals live in global memory, with room for all elements."""
-    sweep = hermite.first_hit(kinds_used)
+def trace_kernel(kinds_used, in_scratch=False, first_hit=hermite.first_hit, polish=0.01):
+    """The kernel that traces samples. in_scratch: intervals live in global memory, with room for all elements.
+
+    first_hit: makes the sweep; polish: how far a last Newton step may move a hit, in widths of its kernel.
+    """
+    sweep = first_hit(kinds_used)
     element = cells.element_field(kinds_used).warp(wp.float32)
 
     @wp.func
@@ -129,7 +132,7 @@ def trace_kernel(kinds_used, in_scratch=False):
         # One more Newton step for free; where the ray grazes, it is no use.
         along = wp.dot(slope, d) * side
         if along < -0.1 * wp.length(slope):
-            t += wp.clamp(side * (1.0 - f) / along, -0.01 * width, 0.01 * width)
+            t += wp.clamp(side * (1.0 - f) / along, -polish * width, polish * width)
         hits.depth[i] = t
         hits.normal[i] = side * wp.normalize(slope)
         hits.color[i] = color / f

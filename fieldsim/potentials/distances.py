@@ -48,6 +48,32 @@ def _circle(x: real, y: real, z: real, rows: Table, i: int):
 
 
 @portable
+def _arc(x: real, y: real, z: real, rows: Table, i: int):
+    dx = x - rows[i, 5]
+    dy = y - rows[i, 6]
+    dz = z - rows[i, 7]
+    height = dx * rows[i, 17] + dy * rows[i, 18] + dz * rows[i, 19]
+    along = dx * rows[i, 14] + dy * rows[i, 15] + dz * rows[i, 16]
+    # normal x start is the direction a quarter turn on.
+    tx = rows[i, 18] * rows[i, 16] - rows[i, 19] * rows[i, 15]
+    ty = rows[i, 19] * rows[i, 14] - rows[i, 17] * rows[i, 16]
+    tz = rows[i, 17] * rows[i, 15] - rows[i, 18] * rows[i, 14]
+    across = dx * tx + dy * ty + dz * tz
+    # Turned so that the arc's middle is ahead and the nearer end to the left.
+    half = real(0.5) * rows[i, 3]
+    cosine = math.cos(half)
+    sine = math.sin(half)
+    ahead = along * cosine + across * sine
+    left = abs(across * cosine - along * sine)
+    off = math.sqrt(ahead * ahead + left * left) - rows[i, 2]
+    if math.atan2(left, ahead) > half:
+        end_ahead = ahead - rows[i, 2] * cosine
+        end_left = left - rows[i, 2] * sine
+        off = math.sqrt(end_ahead * end_ahead + end_left * end_left)
+    return math.sqrt(off * off + height * height)
+
+
+@portable
 def _plane(x: real, y: real, z: real, rows: Table, i: int):
     dx = x - rows[i, 5]
     dy = y - rows[i, 6]
@@ -96,3 +122,6 @@ DISTANCES = {
     ProfiledSegment: _segment,
     ProfiledArc: _circle,
 }
+
+# As above, exact for open arcs, too.
+EXACT_DISTANCES = {**DISTANCES, Arc: _arc, ProfiledArc: _arc}

@@ -47,7 +47,9 @@ KNOWS = {
     "render": {"potentials", "world"},
     "scenario": {"potentials", "world", "dynamics", "render", "plots"},
     "filming": {"potentials", "world", "dynamics", "render", "scenario"},
-    "cli": {"plots", "render", "scenario", "filming", "about"},
+    "comparing": {"plots", "world", "render", "scenario", "filming"},
+    "cli_types": {"render"},
+    "cli": {"comparing", "cli_types", "plots", "render", "scenario", "filming", "about"},
     "__main__": {"cli"},
 }
 

@@ -37,7 +37,8 @@ class Renderer:
 
     size: (width, height) in pixels. quality: "draft" (edges get 4 samples a pixel) or "final" (up to 16).
     device: "cpu", "cuda", ... shadows, samples: switch shadows off, and set the greatest number of samples a pixel: 1,
-    4 or 16. solver: how primary rays find surfaces, see `solvers`. rays: traced so far. A camera inside a body sees its surface from within.
+    4 or 16. solver: how primary rays find surfaces, see `solvers`. rays: traced so far. A camera inside a body sees its
+    surface from within.
     Raises InputError for a size, a quality or a solver that cannot be, and for a surface that the solver cannot do.
     """
 

@@ -5,8 +5,6 @@ polynomials, one an element, of degree 6 at most, in u = 0..1 along the piece (N
 1990; McCormack & Sherstyuk 1998).
 """
 
-# ruff: noqa: UP018, RUF046 - float(0.0) and int(0) make variables that Warp lets a loop change
-
 import warp as wp
 
 from fieldsim.render.hermite import NO_HIT, Scene

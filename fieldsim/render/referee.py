@@ -19,7 +19,7 @@ from fieldsim.launch import launch
 from fieldsim.potentials import cells
 from fieldsim.potentials.arc import Arc
 from fieldsim.potentials.circle import Circle
-from fieldsim.potentials.distances import EXACT_DISTANCES
+from fieldsim.potentials.distances import DISTANCES
 from fieldsim.potentials.plane import Plane
 from fieldsim.potentials.segment import Segment
 from fieldsim.potentials.triangle import Triangle
@@ -42,7 +42,7 @@ def _march_kernel(kinds_used):
     """The kernel that walks along rays."""
     element = cells.element_field(kinds_used).warp(wp.float64)
     primitives = {cell.kind: cell.primitive for cell in cells.CELLS.values()}
-    distance = cells.by_kind({kind: EXACT_DISTANCES[primitives[kind]] for kind in kinds_used}).warp(wp.float64)
+    distance = cells.by_kind({kind: DISTANCES[primitives[kind]] for kind in kinds_used}).warp(wp.float64)
     rise = safe_steps.rise.warp(wp.float64)
     fall = safe_steps.fall.warp(wp.float64)
     one = wp.constant(wp.float64(1.0))

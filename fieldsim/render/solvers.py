@@ -4,7 +4,7 @@
 |---|---|---|
 | hermite | cubic Hermite pieces of log F, certified by the true field: the default | all that are rendered |
 | lagrange | one quartic an element through five samples, as published in 1998; its error shows | as hermite |
-| laguerre | exact polynomials along the ray, all roots by Laguerre's method with deflation | Points of Quartic, SoftObject |
+| laguerre | exact polynomials along the ray, roots by Laguerre's method | Points: Quartic, SoftObject |
 | numeric | samples of the true field, regula falsi where the sign changes | as hermite |
 | referee | safe steps on the true field in float64: slow, misses nothing | all that safe steps know |
 

@@ -27,6 +27,7 @@ from fieldsim.render import safe_steps
 from fieldsim.render.shading import Hits
 
 TOLERANCE = wp.constant(wp.float64(1e-12))  # of the level
+NOTHING = wp.constant(wp.float64(1e-18))  # of the level: an element that gives less after the longest step is left out
 MISS, UNDECIDED = wp.constant(wp.float64(-1.0)), wp.constant(wp.float64(-2.0))
 HORIZON = 1e4  # a plane ends so many sizes of the scene away
 
@@ -43,6 +44,7 @@ def _march_kernel(kinds_used):
     element = cells.element_field(kinds_used).warp(wp.float64)
     primitives = {cell.kind: cell.primitive for cell in cells.CELLS.values()}
     distance = cells.by_kind({kind: DISTANCES[primitives[kind]] for kind in kinds_used}).warp(wp.float64)
+    ceiling = safe_steps.ceiling.warp(wp.float64)
     rise = safe_steps.rise.warp(wp.float64)
     fall = safe_steps.fall.warp(wp.float64)
     one = wp.constant(wp.float64(1.0))
@@ -62,8 +64,10 @@ def _march_kernel(kinds_used):
         gradient = wp.vec3d(zero, zero, zero)
         worst = _Worst()
         for i in range(kinds.shape[0]):
-            f_i, x, y, z = element(p[0], p[1], p[2], rows, kinds, i)
             away = distance(p[0], p[1], p[2], rows, kinds, i)
+            if ceiling(wp.max(away - _LONGEST * last, zero), rows, i) < NOTHING:
+                continue
+            f_i, x, y, z = element(p[0], p[1], p[2], rows, kinds, i)
             f += f_i
             gradient += wp.vec3d(x, y, z)
             sign = wp.where(rows[i, 0] < zero, -one, one)
@@ -133,6 +137,10 @@ def _march_kernel(kinds_used):
             if tangent > step:
                 step = tangent
                 last = step
+            if t + last == t:
+                # As near as numbers get.
+                found = t
+                break
             t += step
         depths[n] = found
         steps[n] = count

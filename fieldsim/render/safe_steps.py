@@ -141,12 +141,23 @@ def _plane_without_integral(kernel, rows, softening, strength):
 
 
 @portable
+def _raised(u: real, power: real):
+    """u to the power of 1, 2 or 4."""
+    if power == real(1.0):
+        return u
+    if power == real(2.0):
+        return u * u
+    return u * u * u * u
+
+
+@portable
 def ceiling(d: real, rows: Table, i: int):
     """No less than the field (for a strength of its own size, but positive) at the distance d from the primitive."""
     family = rows[i, FAMILY]
     amount = rows[i, AMOUNT]
     if family == real(POWERS):
-        return amount * math.pow(d * d + rows[i, SOFTENING] * rows[i, SOFTENING], -real(0.5) * rows[i, POWER])
+        away = math.sqrt(d * d + rows[i, SOFTENING] * rows[i, SOFTENING])
+        return amount / _raised(away, rows[i, POWER])
     if family == real(GAUSSIANS):
         u = rows[i, 1] * d
         return amount * math.exp(min(rows[i, 4] - u * u, real(_LIMIT)))
@@ -167,7 +178,7 @@ def rise(f: real, slope: real, d: real, delta: real, rows: Table, i: int):
         share = real(1.0) - delta / math.sqrt(d * d + rows[i, SOFTENING] * rows[i, SOFTENING])
         if share <= real(0.0):
             return real(math.inf)
-        return f * math.pow(share, -rows[i, POWER])
+        return f / _raised(share, rows[i, POWER])
     if family == real(GAUSSIANS):
         most = ceiling(max(d - delta, real(0.0)), rows, i)
         if f < real(TRUSTED):
@@ -194,7 +205,7 @@ def fall(f: real, slope: real, d: real, delta: real, rows: Table, i: int):
     if family == real(POWERS):
         # Of all points, the nearest loses most.
         share = real(1.0) + delta / math.sqrt(d * d + rows[i, SOFTENING] * rows[i, SOFTENING])
-        return f * math.pow(share, -rows[i, POWER])
+        return f / _raised(share, rows[i, POWER])
     if family == real(GAUSSIANS):
         if f < real(TRUSTED):
             return real(0.0)

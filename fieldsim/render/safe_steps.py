@@ -45,8 +45,8 @@ _LIMIT = 700.0  # exp of more is infinite
 
 _POWERS = {Cauchy: 4, InverseSquare: 2, Newtonian: 1}
 # Greatest slope of sqrt(h) and greatest curvature of h (of |h''| and |h'| / r), for a radius of 1; the soft object's
-# slope, of (1 - u^2) sqrt(9 - 4 u^2) / 3, is 1.5389.
-_STEEPEST = {Quartic: 2.0, SoftObject: 1.54, Metaball: math.sqrt(1.5)}
+# slope, of (1 - u^2) sqrt(9 - 4 u^2) / 3, is 1.53508.
+_STEEPEST = {Quartic: 2.0, SoftObject: 1.5351, Metaball: math.sqrt(1.5)}
 _SHARPEST = {Quartic: 8.0, SoftObject: 44.0 / 9.0, Metaball: 6.0}
 
 # Length or area of a primitive.

@@ -6,6 +6,7 @@ knows no circles: its donut is a ring of 32 cylinders, with bulges where they me
 """
 
 import dataclasses
+import itertools
 
 import numpy as np
 
@@ -41,7 +42,7 @@ def world_of(layers: list[Layer]) -> fs.World:
 
 
 def flake(levels: int) -> list[Layer]:
-    """Haines's sphereflake: one layer a level, lighter as the blobs get smaller. 10, 91, 820, 7381 for 1 to 4 levels."""
+    """Haines's sphereflake: a layer a level, lighter as the blobs get smaller; 10, 91, 820, 7381 for 1 to 4 levels."""
     return [
         Layer([fs.Point(tuple(center)) for center in centers], radius, _shade(level))
         for level, (centers, radius) in enumerate(sphereflake(levels))
@@ -146,7 +147,7 @@ def _pieces(primitive):
         return [(primitive.start, primitive.end)]
     angle = np.linspace(0, 2 * np.pi, RING_PARTS + 1)
     ring = primitive.radius * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
-    return list(zip(ring[:-1], ring[1:], strict=True))
+    return list(itertools.pairwise(ring))
 
 
 def _mirrored(point):

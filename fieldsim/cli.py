@@ -3,7 +3,6 @@
 import contextlib
 import os
 import pathlib
-import re
 import signal
 import sys
 import warnings
@@ -11,6 +10,7 @@ import warnings
 import click
 
 from fieldsim import scenario as scenarios
+from fieldsim.cli_types import Device, Integrator, Positive, Size
 from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
 from fieldsim.render.layers import LAYERS
 from fieldsim.render.solids_skeleton import MODES
@@ -93,59 +93,6 @@ def _stem_of(build):
     return pathlib.Path(build.__code__.co_filename).stem
 
 
-class _Size(click.ParamType):
-    name = "size"
-
-    def convert(self, value, param, ctx):
-        from fieldsim.render.video import checked_size
-
-        if isinstance(value, tuple):
-            return value
-        found = re.fullmatch(r"(-?\d+)x(-?\d+)", value.strip().lower())
-        if not found:
-            self.fail(f"{value!r} is no size; write it like 640x360", param, ctx)
-        try:
-            return checked_size("frame", (int(found[1]), int(found[2])))
-        except InputError as error:
-            self.fail(str(error), param, ctx)
-
-
-class _Device(click.ParamType):
-    name = "device"
-
-    def convert(self, value, param, ctx):
-        if not re.fullmatch(r"cpu|cuda(:\d+)?", value):
-            self.fail(f"{value!r} is no device; give cpu, cuda or cuda:1", param, ctx)
-        return value
-
-
-class _Integrator(click.ParamType):
-    name = "integrator"
-
-    def convert(self, value, param, ctx):
-        from fieldsim.dynamics.auto import integrator_named
-
-        if not isinstance(value, str):
-            return value
-        try:
-            return integrator_named(value)
-        except InputError as error:
-            self.fail(str(error), param, ctx)
-
-
-class _Positive(click.ParamType):
-    name = "number"
-
-    def convert(self, value, param, ctx):
-        try:
-            number = float(value)
-        except ValueError:
-            self.fail(f"{value!r} is no number", param, ctx)
-        if not 0.0 < number < float("inf"):
-            self.fail(f"{value} is not a positive number", param, ctx)
-        return number
-
-
 def _switch_debug(ctx, param, value):
     if value:
         os.environ["FIELDSIM_DEBUG"] = "1"
@@ -159,18 +106,18 @@ def _film_options():
             metavar="FILE",
             help="Where to: .mp4, .gif, .png (last frame), folder/ or name_%04d.png; a plot: .png, .svg.",
         ),
-        click.Option(["--size"], type=_Size(), metavar="WxH", help="Pixels of a frame; 640x360 unless told."),
-        click.Option(["--fps"], type=_Positive(), help="Frames per second; the scenario's unless told."),
-        click.Option(["--duration"], type=_Positive(), help="Seconds of film; the scenario's unless told."),
+        click.Option(["--size"], type=Size(), metavar="WxH", help="Pixels of a frame; 640x360 unless told."),
+        click.Option(["--fps"], type=Positive(), help="Frames per second; the scenario's unless told."),
+        click.Option(["--duration"], type=Positive(), help="Seconds of film; the scenario's unless told."),
         click.Option(
-            ["--device"], type=_Device(), metavar="cpu|cuda", default="cpu", help="Where to compute; cpu unless told."
+            ["--device"], type=Device(), metavar="cpu|cuda", default="cpu", help="Where to compute; cpu unless told."
         ),
         click.Option(["--quality"], type=click.Choice(["draft", "final"]), help="draft is faster; final unless told."),
         click.Option(["--record"], metavar="RUN.npz", help="Keep the snapshots, to be drawn again or read with NumPy."),
         click.Option(["--replay"], metavar="RUN.npz", help="Draw a recording of this scenario instead of simulating."),
         click.Option(
             ["--integrator"],
-            type=_Integrator(),
+            type=Integrator(),
             metavar="NAME[:NUMBER]",
             help="How things move: auto, radau, leapfrog:1e-3, blanesmoan6:0.05, ...; the scenario's unless told.",
         ),
@@ -335,6 +282,9 @@ def _progress(title):
 class _Run(click.Group):
     """A group whose commands are the scenario scripts: those of the folder `scenarios`, and any by its path."""
 
+    options = staticmethod(_film_options)
+    command_of = staticmethod(film_command)
+
     def list_commands(self, ctx):
         return [path.stem for path in scenarios.available()]
 
@@ -345,7 +295,7 @@ class _Run(click.Group):
             path = scenarios.find(name)
         except FieldsimError as error:
             raise click.UsageError(str(error), ctx) from None
-        return film_command(scenarios.load(path), path.stem)
+        return self.command_of(scenarios.load(path), path.stem)
 
     def format_commands(self, ctx, formatter):
         rows = [(path.stem, scenarios.summary(path)) for path in scenarios.available()]
@@ -354,14 +304,70 @@ class _Run(click.Group):
                 formatter.write_dl(rows)
 
     def parse_args(self, ctx, args):
-        """Let a film's options stand before the scenario, too."""
-        valued = {name for option in _film_options() if not option.is_flag for name in option.opts}
+        """Let the command's options stand before the scenario, too."""
+        valued = {name for option in self.options() if not option.is_flag for name in option.opts}
         place = 0
         while place < len(args) and args[place].startswith("-") and args[place] != "--help":
             place += 2 if args[place] in valued else 1
         if place < len(args) and args[place] != "--help":
             args = [args[place], *args[:place], *args[place + 1 :]]
         return super().parse_args(ctx, args)
+
+
+def _compare_options():
+    """The options of a comparison."""
+    shared = [option for option in _film_options() if option.name in ("size", "device", "debug")]
+    return [
+        click.Option(["--solver"], multiple=True, metavar="NAME", help="Two of them; hermite and referee unless told."),
+        click.Option(["--time"], type=float, default=0.0, help="Moment of the scenario; its start unless told."),
+        click.Option(["--out"], metavar="FILE", help="The picture of differences, .png or .svg."),
+        *shared,
+    ]
+
+
+def _compare_command(build, name):
+    """The command that compares two solvers on a frame of what `build` gives."""
+    options = _compare_options()
+    taken = {option.name for option in options}
+    own = scenarios.parameters(build)
+
+    def callback(**values):
+        told = {p.name: values[p.name] for p in own if p.name not in taken}
+        _compare(build, name, told, {key: values[key] for key in taken if key in values})
+
+    params = [_scenario_option(p) for p in own if p.name not in taken] + options
+    return click.Command(name, callback=callback, params=params, help=scenarios.description(build))
+
+
+def _compare(build, name, told, options):
+    from fieldsim import comparing, plots
+    from fieldsim.launch import device_named
+    from fieldsim.render.solvers import solver_named
+
+    out = options["out"] or f"{name}-compare.png"
+    names = options["solver"] or ("hermite", "referee")
+    with _usage():
+        plots.checked_path(out)
+        for solver in names:
+            solver_named(solver)
+        if len(names) != 2:
+            raise InputError(f"--solver was given {len(names)} times; give it twice")
+    device_named(options["device"])
+    scenario = scenarios.call(build, told)
+    if isinstance(scenario, plots.Picture):
+        raise InputError(f"{name} draws a plot; there is nothing to compare")
+    result = comparing.compare(
+        scenario, names, time=options["time"], size=options["size"] or comparing.SIZE, device=options["device"]
+    )
+    plots.Picture(lambda _size: result.draw()).save(out)
+    click.echo(f"{out}\n{result}")
+
+
+class _Compare(_Run):
+    """As `_Run`, for comparisons."""
+
+    options = staticmethod(_compare_options)
+    command_of = staticmethod(_compare_command)
 
 
 def _version(ctx, param, value):
@@ -387,6 +393,14 @@ def run():
     """Film a scenario: a name in the folder scenarios, or the path of a script.
 
     `fieldsim run SCENARIO --help` shows the options of every film and the scenario's own.
+    """
+
+
+@cli.command("compare", cls=_Compare, short_help="Compare solvers.", subcommand_metavar="SCENARIO [OPTIONS]")
+def compare():
+    """Render a scenario's frame with two solvers and show where they differ.
+
+    `fieldsim compare cross --solver hermite --solver referee` writes cross-compare.png and prints figures.
     """
 
 

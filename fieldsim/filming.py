@@ -180,6 +180,11 @@ def _kept(snapshots, recording):
         yield snapshot
 
 
+def snapshot_at(scenario: Scenario, time: float, device: str | None = None):
+    """The scenario's moment at `time`, simulated up to then where anything moves by forces."""
+    return next(_snapshots(scenario, [time], device, Report("", SIZE)))
+
+
 def _until_failure(snapshots, failures):
     """The snapshots up to the one that fails; its error goes into `failures`."""
     try:

@@ -48,7 +48,9 @@ KNOWS = {
     "scenario": {"potentials", "world", "dynamics", "render", "plots"},
     "recording": {"potentials", "world"},
     "filming": {"recording", "potentials", "world", "dynamics", "render", "scenario"},
-    "cli": {"plots", "dynamics", "render", "scenario", "filming", "about"},
+    "comparing": {"plots", "world", "render", "scenario", "filming"},
+    "cli_types": {"dynamics", "render"},
+    "cli": {"comparing", "cli_types", "plots", "render", "scenario", "filming", "about"},
     "__main__": {"cli"},
 }
 

@@ -12,7 +12,6 @@ import warnings
 import numpy as np
 import warp as wp
 
-from fieldsim.dynamics.distances import DISTANCES
 from fieldsim.dynamics.ground import twists
 from fieldsim.dynamics.sources import Sources, Stages, tables
 from fieldsim.errors import FieldsimWarning, InputError
@@ -20,6 +19,7 @@ from fieldsim.portable import Indices, Portable, Table, portable, real
 from fieldsim.potentials import cells
 from fieldsim.potentials.arc import Arc
 from fieldsim.potentials.circle import Circle
+from fieldsim.potentials.distances import DISTANCES
 from fieldsim.potentials.kernels import Cauchy, Gaussian
 from fieldsim.potentials.plane import Plane
 from fieldsim.potentials.point import Point

@@ -329,7 +329,7 @@ def functions(segments):
 
 
 def kind_of(bounded: bounds.Bounded) -> str:
-    """ "points" or "segments" where the elements are such bells, "" where some are not."""
+    """Which bells the elements are, "points" or "segments"; "" where some are none."""
     kinds = {cells.CELLS[Gaussian, primitive].kind: primitive for primitive in (Point, Segment)}
     rows = bounded.rows
     if not len(rows) or not set(np.unique(bounded.kinds).tolist()) <= set(kinds):

@@ -20,6 +20,7 @@ from fieldsim.render.shading import BALLS, Balls, Hits, lights_of, shade_kernel
 from fieldsim.render.sky import sky_of
 from fieldsim.render.solids import SolidStage
 from fieldsim.render.solids_skeleton import MODES, drawn
+from fieldsim.render.solvers import solver_named
 
 # Samples of a pixel on a 4 x 4 grid: four with no two in a row or column, then the other twelve.
 _ROOKS = ((0, 1), (1, 3), (2, 0), (3, 2))
@@ -42,10 +43,22 @@ class Renderer:
     4 or 16. rays: traced so far. A camera inside a body sees its surface from within.
     mode: how bodies are drawn: "soft", as their surfaces; "hard", each primitive by itself as what lies within the
     material's radius: balls, capsules, arc tubes, slabs; "skeleton", as thin lines.
-    Raises InputError for a size, a quality or a mode that cannot be.
+    solver: how primary rays find surfaces, see `solvers`.
+    Raises InputError for a size, a quality, a mode or a solver that cannot be, and for a surface that the solver cannot
+    do.
     """
 
-    def __init__(self, size=(640, 360), quality="final", device=None, *, shadows=True, samples=None, mode="soft"):
+    def __init__(
+        self,
+        size=(640, 360),
+        quality="final",
+        device=None,
+        *,
+        shadows=True,
+        samples=None,
+        mode="soft",
+        solver="hermite",
+    ):
         self.size = _checked_size(size)
         if quality not in QUALITIES:
             raise InputError(f"Renderer: quality is {quality!r}; give 'draft' or 'final'")
@@ -57,6 +70,7 @@ class Renderer:
         self.mode = mode
         self.device = device_named(device)
         self.shadows = shadows
+        self.solver = solver_named(solver)
         self.rays = 0
         self._hits = {}
         self._warned = False
@@ -117,31 +131,33 @@ class Renderer:
     def _trace(self, stage, samples, name, layered=False) -> Hits:
         count = samples.shape[0]
         hits = self._buffers(name, count)
+        options = {"layered": True} if layered else self.solver.options
         if layered:
             layers.prepare(hits, count, stage.scene.materials.shape[0], self.device)
-        inputs = [stage.view, stage.scene, stage.lists, stage.balls, stage.ball_lists]
-        if stage.bells and not layered:
+        inputs = [stage.view, stage.scene, self.solver.lists(stage), stage.balls, stage.ball_lists]
+        if stage.bells and not layered and self.solver.name == "hermite":
             kernel = bells_kernel(stage.kinds, stage.bells == "segments")
             given = [stage.view, stage.scene, stage.table, stage.lists, stage.balls, stage.ball_lists]
             self._launch_groups(kernel, count, [*given, samples, hits])
         else:
-            launch(trace_kernel(stage.kinds, layered=layered), count, [*inputs, samples, hits], device=self.device)
+            launch(trace_kernel(stage.kinds, **options), count, [*inputs, samples, hits], device=self.device)
         self.rays += count
         late = np.flatnonzero(hits.thing.numpy()[:count] == int(OVERFLOW))
         for which, scratch in self._scratch(late, stage):
             launch(
-                trace_kernel(stage.kinds, True, layered),
+                trace_kernel(stage.kinds, True, **options),
                 len(which),
                 [*inputs, which, samples, hits, *scratch],
                 device=self.device,
                 grain=1,
             )
+        self.solver.finish(stage, hits, count)
         if stage.solids is not None:
             stage.solids.overlay(hits, stage.lights, stage.view.pixel, count)
         return hits
 
     def _launch_groups(self, kernel, count, arguments):
-        """Launch a kernel whose items are groups of samples: a tile on a CPU, single samples where there are many cores."""
+        """Launch a kernel whose items are groups of samples: a tile on a CPU, single samples on a GPU."""
         group = 1 if self.device.is_cuda else TILE * TILE
         launch(kernel, -(-count // group), [group, *arguments], device=self.device, grain=4)
 
@@ -231,9 +247,11 @@ class Stage:
     def __init__(self, snapshot, camera, renderer):
         self.device = device = renderer.device
         centers, radii, colors = snapshot.spheres
-        eye = np.asarray(camera.eye)
+        self.eye = eye = np.asarray(camera.eye)
         self.view = _view(camera, renderer.size)
-        surface, solids = drawn(snapshot, renderer.mode, eye, self.view.pixel)
+        self.surface, solids = drawn(snapshot, renderer.mode, eye, self.view.pixel)
+        surface = self.surface
+        renderer.solver.check(surface.elements)
         self.count = len(surface.elements)
         self.kinds = surface.elements.kinds_used
         self.unit = bounds.unit_of(surface.elements, radii if len(radii) else solids.lengths)

@@ -58,8 +58,11 @@ def _weighed(hits: Hits, i: int, material: int, weight: float):
 
 
 @functools.cache
-def recorder(kinds_used, layered=False):
-    """The Warp function that writes down what a sample sees. layered: adds to `Hits.weights`."""
+def recorder(kinds_used, layered=False, polish=0.01):
+    """The Warp function that writes down what a sample sees.
+
+    layered: adds to `Hits.weights`; polish: how far a last Newton step may move a hit, in widths of its kernel.
+    """
     element = cells.element_field(kinds_used).warp(wp.float32)
     weigh = _weighed if layered else _unweighed
 
@@ -104,7 +107,7 @@ def recorder(kinds_used, layered=False):
         # One more Newton step for free; where the ray grazes, it is no use.
         along = wp.dot(slope, d) * side
         if along < -0.1 * wp.length(slope):
-            t += wp.clamp(side * (1.0 - f) / along, -0.01 * width, 0.01 * width)
+            t += wp.clamp(side * (1.0 - f) / along, -polish * width, polish * width)
         hits.depth[i] = t
         hits.normal[i] = side * wp.normalize(slope)
         hits.color[i] = color / f
@@ -146,15 +149,15 @@ def recorder(kinds_used, layered=False):
 
 
 @functools.cache
-def trace_kernel(kinds_used, in_scratch=False, layered=False):
+def trace_kernel(kinds_used, in_scratch=False, layered=False, first_hit=hermite.first_hit, polish=0.01):
     """The kernel that traces samples.
 
     in_scratch: intervals live in global memory, with room for all elements; layered: adds to `Hits.work` and
-    `Hits.weights`.
+    `Hits.weights`. first_hit: makes the sweep; polish: see `recorder`.
     """
-    sweep = hermite.first_hit(kinds_used, layered)
+    sweep = first_hit(kinds_used, True) if layered else first_hit(kinds_used)
     of_ray = _ray_counted if layered else _ray_alone
-    record = recorder(kinds_used, layered)
+    record = recorder(kinds_used, layered, polish)
 
     @wp.func
     def first_surface(

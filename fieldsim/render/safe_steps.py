@@ -1,0 +1,225 @@
+"""How much an element's field can change within a given distance: what makes a step along a ray safe.
+
+With r >= d the distance from x to a point of the primitive and x' at most delta away, r' >= r - delta. Hence, for a
+density that is nowhere negative:
+
+- powers, h = (r^2 + e^2)^(-m/2) up to a factor (Cauchy: m = 4, e = 1/s; inverse square: 2; Newtonian: 1):
+  F(x') <= F(x) (D / (D - delta))^m with D^2 = d^2 + e^2, since sqrt(r^2 + e^2) falls by at most delta.
+- Gaussians on convex primitives: a convolution of log-concave functions is log-concave (Prekopa 1971), so that log F
+  stays below its tangent; and log F + a^2 |x|^2 is convex (Hoelder), so that on any primitive log F stays above its
+  tangent by no more than -a^2 delta^2.
+- Gaussians on arcs: what lies within c of x grows by at most exp(2 a^2 c delta - a^2 delta^2); c is chosen such that
+  all that lies beyond stays below TAIL_SHARE.
+- compact kernels: sqrt(h) has a greatest slope, hence (Minkowski) sqrt(F) one of sqrt(length or area in reach) times
+  that.
+- planes under kernels without a finite integral: the slope of F itself is bounded.
+
+Besides, |d2F/dt2| along any ray is at most `bend`, the primitive's measure times the kernel's greatest curvature, so
+that F follows its tangent within bend delta^2 / 2.
+"""
+
+import math
+
+import numpy as np
+
+from fieldsim.errors import InputError
+from fieldsim.portable import Table, portable, real
+from fieldsim.potentials import cells
+from fieldsim.potentials.arc import Arc
+from fieldsim.potentials.circle import Circle
+from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Metaball, Newtonian, Quartic, SoftObject
+from fieldsim.potentials.plane import Plane
+from fieldsim.potentials.point import Point
+from fieldsim.potentials.segment import Segment
+from fieldsim.potentials.triangle import Triangle
+
+# Columns after an element's own: its family; e and m of a power; its greatest field, per h; c - delta of an arc under
+# a Gaussian; the greatest slope of sqrt(F) of a compact kernel, of F of a plane.
+FAMILY, SOFTENING, POWER, AMOUNT, CORE, SLOPE = range(cells.WIDTH, cells.WIDTH + 6)
+WIDTH = cells.WIDTH + 6
+
+POWERS, GAUSSIANS, COMPACT, SLOPED = 0.0, 1.0, 2.0, 3.0
+TAIL_SHARE = 1e-13  # of the level
+TRUSTED = 1e-9  # a Gaussian's field below this may lack the digits that its logarithm's slope needs
+_LIMIT = 700.0  # exp of more is infinite
+
+_POWERS = {Cauchy: 4, InverseSquare: 2, Newtonian: 1}
+# Greatest slope of sqrt(h) and greatest curvature of h (of |h''| and |h'| / r), for a radius of 1; the soft object's
+# slope, of (1 - u^2) sqrt(9 - 4 u^2) / 3, is 1.53508.
+_STEEPEST = {Quartic: 2.0, SoftObject: 1.5351, Metaball: math.sqrt(1.5)}
+_SHARPEST = {Quartic: 8.0, SoftObject: 44.0 / 9.0, Metaball: 6.0}
+
+# Length or area of a primitive.
+_MEASURES = {
+    Point: lambda rows: np.ones(len(rows)),
+    Segment: lambda rows: rows[:, cells.SIZE],
+    Arc: lambda rows: rows[:, cells.SIZE] * rows[:, cells.ANGLE],
+    Circle: lambda rows: rows[:, cells.SIZE] * rows[:, cells.ANGLE],
+    Triangle: lambda rows: rows[:, cells.ANGLE],
+    Plane: lambda rows: np.full(len(rows), math.inf),
+}
+# The greatest length or area within a distance of 1 of a point.
+_NEARBY = {Point: 1.0, Segment: 2.0, Arc: math.tau, Circle: math.tau, Triangle: math.pi, Plane: math.pi}
+_DIMENSIONS = {Point: 0, Segment: 1, Arc: 1, Circle: 1, Triangle: 2, Plane: 2}
+
+
+def with_bounds(elements: cells.Elements) -> tuple[np.ndarray, float]:
+    """Rows (N, WIDTH) with what bounds each element's growth, and the bend of all.
+
+    Raises InputError for a cell that safe steps do not know.
+    """
+    rows = np.concatenate([elements.rows, np.zeros((len(elements), WIDTH - cells.WIDTH))], axis=1)
+    bend = 0.0
+    by_kind = {cell.kind: cell for cell in cells.CELLS.values()}
+    for kind in elements.kinds_used:
+        where = elements.kinds == kind
+        check(by_kind[kind])
+        rows[where], bends = _bounded(by_kind[kind], rows[where])
+        bend += bends.sum()
+    return rows, bend
+
+
+def check(cell: cells.Cell) -> None:
+    """Raise InputError for a cell whose field's growth has no known bound."""
+    if cell.primitive not in _MEASURES:
+        raise InputError(
+            f"the solver 'referee' knows no safe step beside {cell.kernel.__name__} on {cell.primitive.__name__}; "
+            "give solver='hermite'"
+        )
+
+
+def _bounded(cell, rows):
+    """Rows of one cell with their bounds, and the bend of each."""
+    kernel, primitive = cell.kernel, cell.primitive
+    width, strength = rows[:, cells.KERNEL], np.abs(rows[:, cells.STRENGTH])
+    measure = _MEASURES[primitive](rows)
+    flat = primitive is Plane
+    if flat and kernel in (Newtonian, InverseSquare):
+        return _plane_without_integral(kernel, rows, width, strength)
+    if kernel in _POWERS:
+        family, power = POWERS, _POWERS[kernel]
+        softening = 1.0 / width if kernel is Cauchy else width
+        rows[:, SOFTENING], rows[:, POWER] = softening, power
+        amount = strength * measure * (softening**4 if kernel is Cauchy else 1.0)
+        with np.errstate(divide="ignore"):  # unsoftened: no bound
+            sharpest = power * softening ** -(power + 2.0)
+        bend = amount * sharpest
+    elif kernel is Gaussian:
+        family = GAUSSIANS
+        whole = (math.sqrt(math.pi) / width) ** _DIMENSIONS[primitive]
+        amount = strength * (measure if primitive in (Arc, Circle) else np.minimum(measure, whole))
+        peak = np.exp(np.minimum(rows[:, cells.FOLD], _LIMIT))
+        bend = strength * measure * peak * 2.0 * width**2
+        if primitive in (Arc, Circle):
+            height = rows[:, cells.FOLD] + np.log(np.maximum(amount / TAIL_SHARE, 1.0))
+            rows[:, CORE] = np.sqrt(np.maximum(height, 1e-12)) / width
+    else:
+        family = COMPACT
+        nearby = np.minimum(measure, _NEARBY[primitive] * width ** _DIMENSIONS[primitive])
+        amount = strength * nearby
+        # What x and what x' reach, together.
+        rows[:, SLOPE] = _STEEPEST[kernel] / width * np.sqrt(strength * np.minimum(measure, 2.0 * nearby))
+        bend = amount * _SHARPEST[kernel] / width**2
+    rows[:, FAMILY], rows[:, AMOUNT] = family, amount
+    if flat:
+        # F'' = -2 pi (z h)', and |(z h)'| is nowhere above h(0).
+        bend = math.tau * strength * np.exp(np.minimum(rows[:, cells.FOLD], _LIMIT))
+    return rows, bend
+
+
+def _plane_without_integral(kernel, rows, softening, strength):
+    """F' is -2 pi z / w or -2 pi z / w^2, w^2 = z^2 + softening^2."""
+    if kernel is InverseSquare and (softening == 0.0).any():
+        raise InputError(
+            "the solver 'referee' knows no safe step beside an unsoftened InverseSquare on Plane; give a softening"
+        )
+    with np.errstate(divide="ignore"):
+        steepest = math.tau * strength if kernel is Newtonian else math.pi * strength / softening
+        bend = math.tau * strength / softening ** (1 if kernel is Newtonian else 2)
+    rows[:, FAMILY], rows[:, AMOUNT], rows[:, SLOPE] = SLOPED, math.inf, steepest
+    return rows, bend
+
+
+@portable
+def _raised(u: real, power: real):
+    """The power 1, 2 or 4 of u."""
+    if power == real(1.0):
+        return u
+    if power == real(2.0):
+        return u * u
+    return u * u * u * u
+
+
+@portable
+def ceiling(d: real, rows: Table, i: int):
+    """No less than the field (for a strength of its own size, but positive) at the distance d from the primitive."""
+    family = rows[i, FAMILY]
+    amount = rows[i, AMOUNT]
+    if family == real(POWERS):
+        away = math.sqrt(d * d + rows[i, SOFTENING] * rows[i, SOFTENING])
+        return amount / _raised(away, rows[i, POWER])
+    if family == real(GAUSSIANS):
+        u = rows[i, 1] * d
+        return amount * math.exp(min(rows[i, 4] - u * u, real(_LIMIT)))
+    if family == real(COMPACT) and d >= rows[i, 1]:
+        return real(0.0)
+    return amount
+
+
+@portable
+def rise(f: real, slope: real, d: real, delta: real, rows: Table, i: int):
+    """No less than an element's field `delta` further along a ray.
+
+    f, slope: its field, and its derivative along the ray, for a positive strength; d: the distance to its primitive, or
+    less.
+    """
+    family = rows[i, FAMILY]
+    if family == real(POWERS):
+        share = real(1.0) - delta / math.sqrt(d * d + rows[i, SOFTENING] * rows[i, SOFTENING])
+        if share <= real(0.0):
+            return real(math.inf)
+        return f / _raised(share, rows[i, POWER])
+    if family == real(GAUSSIANS):
+        most = ceiling(max(d - delta, real(0.0)), rows, i)
+        if f < real(TRUSTED):
+            return most
+        growth = slope / f * delta
+        rest = real(0.0)
+        if rows[i, CORE] > real(0.0):
+            a2 = rows[i, 1] * rows[i, 1]
+            growth = a2 * delta * (real(2.0) * rows[i, CORE] + delta)
+            rest = real(TAIL_SHARE)
+        return min(most, f * math.exp(min(growth, real(_LIMIT))) + rest)
+    if family == real(COMPACT):
+        if d - delta >= rows[i, 1]:
+            return real(0.0)
+        root = math.sqrt(max(f, real(0.0))) + rows[i, SLOPE] * delta
+        return root * root
+    return f + rows[i, SLOPE] * delta
+
+
+@portable
+def fall(f: real, slope: real, d: real, delta: real, rows: Table, i: int):
+    """No more than an element's field `delta` further along a ray; arguments as for `rise`."""
+    family = rows[i, FAMILY]
+    if family == real(POWERS):
+        # Of all points, the nearest loses most.
+        share = real(1.0) + delta / math.sqrt(d * d + rows[i, SOFTENING] * rows[i, SOFTENING])
+        return f / _raised(share, rows[i, POWER])
+    if family == real(GAUSSIANS):
+        if f < real(TRUSTED):
+            return real(0.0)
+        u = rows[i, 1] * delta
+        return f * math.exp(max(slope / f * delta - u * u, -real(_LIMIT)))
+    if family == real(COMPACT):
+        root = max(math.sqrt(max(f, real(0.0))) - rows[i, SLOPE] * delta, real(0.0))
+        return root * root
+    return f - rows[i, SLOPE] * delta
+
+
+def reach(rows: np.ndarray) -> float:
+    """A distance from all primitives, none a plane, beyond which their fields together stay below the level."""
+    distance = 1e-6
+    while sum(ceiling(distance, rows, i) for i in range(len(rows))) >= 1.0:
+        distance *= 1.25
+    return distance

@@ -1,0 +1,107 @@
+"""How rays find surfaces, by name: `Renderer(solver=...)`.
+
+| name | method | surfaces |
+|---|---|---|
+| hermite | cubic Hermite pieces of log F, certified by the true field: the default | all that are rendered |
+| lagrange | one quartic an element through five samples, as published in 1998; its error shows | as hermite |
+| laguerre | exact polynomials along the ray, roots by Laguerre's method | Points: Quartic, SoftObject |
+| numeric | samples of the true field, regula falsi where the sign changes | as hermite |
+| referee | safe steps on the true field in float64: slow, misses nothing | all that safe steps know |
+
+They differ in primary rays; shadows are the default's.
+"""
+
+import difflib
+
+import numpy as np
+import warp as wp
+
+from fieldsim.errors import InputError
+from fieldsim.potentials import cells
+from fieldsim.render import hermite, lagrange, laguerre, numeric, safe_steps
+from fieldsim.render.candidates import TILE, Candidates
+from fieldsim.render.referee import Referee
+
+
+class Solver:
+    """A sweep for sorted intervals in the tracing kernel. known: the cells that it solves, None for all."""
+
+    def __init__(self, name, first_hit, *, known=None, polish=0.01):
+        self.name = name
+        self.options = {"first_hit": first_hit, "polish": polish}
+        self._known = known
+
+    def check(self, elements: cells.Elements) -> None:
+        """Raise InputError for elements that the solver cannot do."""
+        for cell in _cells(elements):
+            if self._known is not None and (cell.kernel, cell.primitive) not in self._known:
+                raise InputError(
+                    f"the solver {self.name!r} cannot do {cell.kernel.__name__} on {cell.primitive.__name__}, only "
+                    + ", ".join(f"{k.__name__} on {p.__name__}" for k, p in self._known)
+                    + "; give solver='hermite'"
+                )
+
+    def lists(self, stage) -> Candidates:
+        """The candidates among which the tracing kernel looks."""
+        return stage.lists
+
+    def finish(self, stage, hits, count) -> None:
+        """What is left to do after the tracing kernel."""
+
+
+class SafeSteps(Solver):
+    """The referee. The tracing kernel sees everything but the surfaces, and the referee puts them in front."""
+
+    def __init__(self, name):
+        super().__init__(name, hermite.first_hit)
+
+    def check(self, elements):
+        """Raise InputError for elements beside which no step is known to be safe."""
+        for cell in _cells(elements):
+            safe_steps.check(cell)
+
+    def lists(self, stage):
+        """Empty ones."""
+        tiles = stage.view.tiles * -(-stage.view.height // TILE)
+        device = stage.lists.ids.device
+        nothing = Candidates()
+        nothing.first = wp.zeros(tiles + 1, dtype=int, device=device)
+        nothing.ids, nothing.near = stage.lists.ids, stage.lists.near
+        return nothing
+
+    def finish(self, stage, hits, count):
+        """Write surface hits over what lies behind them."""
+        directions = hits.direction.numpy()[:count].astype(float)
+        # The rays' parameter is in the stage's units, along directions that float32 made longer or shorter than 1.
+        per_depth = stage.unit * np.linalg.norm(directions, axis=1)
+        referee = Referee(stage.surface.elements, stage.lists.ids.device)
+        depths, normals = referee.first_hits(stage.eye, directions)
+        behind = hits.thing.numpy()[:count] != -1
+        far = np.where(behind, hits.depth.numpy()[:count].astype(float) * per_depth, np.inf)
+        which = np.flatnonzero(depths < far)
+        points = stage.eye + (depths / per_depth * stage.unit)[which, None] * directions[which]
+        referee.describe(hits, which, (depths / per_depth)[which], normals[which], points, stage)
+
+
+def _cells(elements):
+    used = elements.kinds_used
+    return [cell for cell in cells.CELLS.values() if cell.kind in used]
+
+
+SOLVERS = {
+    "hermite": Solver("hermite", hermite.first_hit),
+    # Without a look at the true field afterwards.
+    "lagrange": Solver("lagrange", lagrange.first_hit, polish=0.0),
+    "laguerre": Solver("laguerre", laguerre.first_hit, known=laguerre.CELLS),
+    "numeric": Solver("numeric", numeric.first_hit),
+    "referee": SafeSteps("referee"),
+}
+
+
+def solver_named(name: str) -> Solver:
+    """The solver of that name; raises InputError for an unknown one."""
+    if name in SOLVERS:
+        return SOLVERS[name]
+    near = difflib.get_close_matches(str(name), SOLVERS, n=1)
+    hint = f"did you mean {near[0]!r}?" if near else "give one of " + ", ".join(SOLVERS)
+    raise InputError(f"Renderer: unknown solver {name!r}; {hint}")

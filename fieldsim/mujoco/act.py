@@ -1,8 +1,9 @@
-"""One evaluation of the callback: the wrench on every body, and what it does to the degrees of freedom."""
+"""One evaluation of the callback: the wrench on every body, and what it does to the degrees of freedom.
+
+`turns` (G, 9), of gravity's and of the surfaces' groups, is room to work in.
+"""
 
 import functools
-
-import numpy as np
 
 from fieldsim.mujoco.contact import touch
 from fieldsim.mujoco.evaluate import maker, turning, vectors
@@ -31,15 +32,13 @@ def wrench_on(points: bool, contact: bool, native: bool):
 
 @functools.cache
 def actor(points: bool, contact: bool, native: bool):
-    """Function (plan, views): add the field's generalised forces to views.qfrc_passive."""
+    """Function (plan, views, turns, turns): add the field's generalised forces to views.qfrc_passive."""
     wrench = wrench_on(points, contact, native)
     fill = turning(native)
     dot, cross, _ = vectors(native)
 
     @maker(native)
-    def act(plan, views):
-        gravity_turns = np.empty((plan.gravity.groups.shape[0], 9))
-        surface_turns = np.empty((plan.surface.groups.shape[0], 9))
+    def act(plan, views, gravity_turns, surface_turns):
         fill(plan.gravity.groups, views.time, gravity_turns)
         fill(plan.surface.groups, views.time, surface_turns)
         for k in range(plan.bodies.shape[0]):
@@ -61,14 +60,12 @@ def actor(points: bool, contact: bool, native: bool):
 
 @functools.cache
 def surveyor(points: bool, contact: bool, native: bool):
-    """Function (plan, views, out): forces, torques and energies of field and contact of every body, out (n, 8)."""
+    """Function (plan, views, turns, turns, out): forces, torques, energies of field and contact of bodies, out (n, 8)."""
     wrench = wrench_on(points, contact, native)
     fill = turning(native)
 
     @maker(native)
-    def survey(plan, views, out):
-        gravity_turns = np.empty((plan.gravity.groups.shape[0], 9))
-        surface_turns = np.empty((plan.surface.groups.shape[0], 9))
+    def survey(plan, views, gravity_turns, surface_turns, out):
         fill(plan.gravity.groups, views.time, gravity_turns)
         fill(plan.surface.groups, views.time, surface_turns)
         for k in range(plan.bodies.shape[0]):

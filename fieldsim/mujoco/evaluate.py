@@ -15,7 +15,8 @@ def maker(native: bool):
         return lambda function: function
     import numba
 
-    return numba.njit(error_model="numpy")
+    # As with portable functions: inlined, and without counting references to the tables that are passed down.
+    return numba.njit(error_model="numpy", forceinline=True, _nrt=False)
 
 
 @functools.cache

@@ -70,6 +70,7 @@ class FieldForces:
         self._kind = accuracy != "torque", contact is not None
         self._act = actor(*self._kind, native)
         self._survey = surveyor(*self._kind, native)
+        self._turns = [np.empty((len(table.arrays.groups), 9)) for table in (self._gravity, self._surface)]
         # Another data of the model, for questions between steps.
         self._scratch = mujoco.MjData(model)
         if native:
@@ -172,7 +173,7 @@ class FieldForces:
         if self.native:
             self._locked(self._head.ctypes.data, data._address)
         else:
-            self._act(self._plan, views_of(data))
+            self._act(self._plan, views_of(data), *self._turns)
 
     # Questions
 
@@ -182,7 +183,7 @@ class FieldForces:
         self._gravity.at(data.time)
         self._surface.at(data.time)
         found = np.empty((len(self.bodies), 8))
-        self._survey(self._plan, views_of(self._scratch), found)
+        self._survey(self._plan, views_of(self._scratch), *self._turns, found)
         return found
 
     def wrenches(self, data=None) -> tuple[np.ndarray, np.ndarray]:

@@ -121,7 +121,9 @@ def acting(points: bool, contact: bool):
     @numba.cfunc(SIGNATURE)
     def function(head, data):
         plan = _plan(head)
-        act(plan, _views(data, plan.mass.shape[0], plan.parents.shape[0]))
+        gravity_turns = np.empty((plan.gravity.groups.shape[0], 9))
+        surface_turns = np.empty((plan.surface.groups.shape[0], 9))
+        act(plan, _views(data, plan.mass.shape[0], plan.parents.shape[0]), gravity_turns, surface_turns)
 
     return function
 

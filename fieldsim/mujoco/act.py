@@ -32,17 +32,26 @@ def wrench_on(points: bool, contact: bool, native: bool):
 
 @functools.cache
 def actor(points: bool, contact: bool, native: bool):
-    """Function (plan, views, turns, turns): add the field's generalised forces to views.qfrc_passive."""
+    """Function (plan, views, turns, turns, found): add the field's generalised forces to views.qfrc_passive.
+
+    found (n, 8) or (0, 8): where forces, torques and energies of field and contact of every body are left, if anywhere.
+    """
     wrench = wrench_on(points, contact, native)
     fill = turning(native)
     dot, cross, _ = vectors(native)
 
     @maker(native)
-    def act(plan, views, gravity_turns, surface_turns):
+    def act(plan, views, gravity_turns, surface_turns, found):
         fill(plan.gravity.groups, views.time, gravity_turns)
         fill(plan.surface.groups, views.time, surface_turns)
         for k in range(plan.bodies.shape[0]):
-            force, torque, _u, _uc = wrench(k, plan, views, gravity_turns, surface_turns)
+            force, torque, u, u_contact = wrench(k, plan, views, gravity_turns, surface_turns)
+            if found.shape[0] > 0:
+                for i in range(3):
+                    found[k, i] = force[i]
+                    found[k, 3 + i] = torque[i]
+                found[k, 6] = u
+                found[k, 7] = u_contact
             # MuJoCo's motion axes are about the centre of mass of the body's whole tree.
             x, origin = views.xipos, views.subtree_com
             b, r = plan.bodies[k], plan.roots[k]
@@ -56,24 +65,3 @@ def actor(points: bool, contact: bool, native: bool):
                 i = plan.parents[i]
 
     return act
-
-
-@functools.cache
-def surveyor(points: bool, contact: bool, native: bool):
-    """Function (plan, views, turns, turns, out): forces, torques, energies of field and contact of bodies, out (n, 8)."""
-    wrench = wrench_on(points, contact, native)
-    fill = turning(native)
-
-    @maker(native)
-    def survey(plan, views, gravity_turns, surface_turns, out):
-        fill(plan.gravity.groups, views.time, gravity_turns)
-        fill(plan.surface.groups, views.time, surface_turns)
-        for k in range(plan.bodies.shape[0]):
-            force, torque, u, uc = wrench(k, plan, views, gravity_turns, surface_turns)
-            for i in range(3):
-                out[k, i] = force[i]
-                out[k, 3 + i] = torque[i]
-            out[k, 6] = u
-            out[k, 7] = uc
-
-    return survey

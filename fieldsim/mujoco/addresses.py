@@ -24,16 +24,16 @@ doubles, words, halves = _pointer(types.float64), _pointer(types.int64), _pointe
 
 
 @intrinsic
-def call(typing_context, function, one, other):
-    """Call the C function at an address with two addresses."""
+def call(typing_context, function, one, two, three):
+    """Call the C function at an address with three addresses (one that takes fewer leaves the others unread)."""
 
     def generate(context, builder, signature, arguments):
         word = context.get_value_type(types.intp)
-        kind = ir.FunctionType(ir.VoidType(), [word, word])
+        kind = ir.FunctionType(ir.VoidType(), [word, word, word])
         builder.call(builder.inttoptr(arguments[0], kind.as_pointer()), arguments[1:])
         return context.get_dummy_value()
 
-    return types.void(types.intp, types.intp, types.intp), generate
+    return types.void(types.intp, types.intp, types.intp, types.intp), generate
 
 
 @functools.cache

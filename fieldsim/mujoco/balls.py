@@ -16,6 +16,8 @@ Kind = mujoco.mjtGeom
 # Distance of a geom's points and balls, in radii of the thinnest surface; and how many there are of a mesh at most.
 SPACING = 0.5
 MOST = 128
+# A step as long as this share of 1 / (angular frequency of a hit) resolves it.
+RESOLVED = 0.5
 
 
 @dataclasses.dataclass(frozen=True)
@@ -30,7 +32,7 @@ class Contact:
     """
 
     speed: float
-    depth: float = 0.01
+    depth: float = 0.02
     damping: float = 0.0
     friction: float = 0.0
 
@@ -44,9 +46,12 @@ class Contact:
         """Such that a hit of `mass` at `speed` goes `depth` times `size` deep: m v^2 / 2 = stiffness d^3 / 3."""
         return 1.5 * mass * self.speed**2 / (self.depth * size) ** 3
 
-    def frequency(self, size: float) -> float:
-        """Angular frequency of such a hit at its deepest: of the force stiffness d^2."""
-        return math.sqrt(3.0) * self.speed / (self.depth * size)
+
+def longest_step(rows, mass: float, law: Contact) -> float:
+    """The longest time step that resolves a hit at `law.speed`: RESOLVED / sqrt(2 stiffness d / m) for depth d."""
+    stiffness = rows[:, 13].max()
+    depth = (1.5 * mass * law.speed**2 / stiffness) ** (1.0 / 3.0)
+    return RESOLVED / math.sqrt(2.0 * stiffness * depth / mass)
 
 
 def slope_of(materials) -> float:

@@ -1,12 +1,14 @@
 """FieldForces: a MuJoCo model in fields of this package."""
 
+import warnings
+
 import mujoco
 import numpy as np
 
-from fieldsim.errors import InputError
+from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.mujoco import callback, checks, layout
-from fieldsim.mujoco.act import actor, surveyor
-from fieldsim.mujoco.balls import Contact, body_balls, slope_of
+from fieldsim.mujoco.act import actor
+from fieldsim.mujoco.balls import Contact, body_balls, longest_step, slope_of
 from fieldsim.mujoco.contact import WIDTH
 from fieldsim.mujoco.energy import ModelEnergy, copy_state, own_energies
 from fieldsim.mujoco.points import equal_points, geom_points
@@ -15,8 +17,7 @@ from fieldsim.mujoco.tables import Plan, Table, sources_of, views_of
 from fieldsim.world.body import Body
 
 ACCURACIES = ("torque", "points", "geoms")
-# A step as long as this share of 1 / (angular frequency of contact) still resolves a hit.
-RESOLVED = 0.5
+NOTHING = np.empty((0, 8))
 
 
 class FieldForces:
@@ -69,7 +70,6 @@ class FieldForces:
         self._own_gravity = None
         self._kind = accuracy != "torque", contact is not None
         self._act = actor(*self._kind, native)
-        self._survey = surveyor(*self._kind, native)
         self._turns = [np.empty((len(table.arrays.groups), 9)) for table in (self._gravity, self._surface)]
         # Another data of the model, for questions between steps.
         self._scratch = mujoco.MjData(model)
@@ -142,11 +142,30 @@ class FieldForces:
         checks.gravity(self.model, self.keep_gravity)
         checks.finite(self.model, self.bodies, self._surveyed(self.data))
         self._plan.law[3] = self.model.opt.timestep
+        self._warn_of_long_steps()
         callback.begin(self)
         if self.keep_gravity is False:
             self._own_gravity = self.model.opt.gravity.copy()
             self.model.opt.gravity[:] = 0.0
         return self
+
+    def _warn_of_long_steps(self):
+        if not self.contact:
+            return
+        plan, step = self._plan, self.model.opt.timestep
+        for k, body in enumerate(self.bodies):
+            rows = plan.balls[plan.first_ball[k] : plan.first_ball[k + 1]]
+            longest = longest_step(rows, plan.mass[body], self.contact) if len(rows) else step
+            if step > longest:
+                name = self.model.body(int(body)).name or int(body)
+                warnings.warn(
+                    f"FieldForces: a timestep of {step:g} is too long for body {name!r} in a hit at speed "
+                    f"{self.contact.speed:g}: contact would not keep the energy; give one below {longest:.2g}, or a "
+                    "larger Contact(depth=...)",
+                    FieldsimWarning,
+                    stacklevel=3,
+                )
+                return
 
     def __exit__(self, *failure):
         if self._own_gravity is not None:
@@ -166,24 +185,22 @@ class FieldForces:
         """Of the native function, and of the head it works on."""
         return self._function.address, self._head.ctypes.data
 
-    def act(self, data) -> None:
+    def act(self, data, found=NOTHING) -> None:
         """Add the forces to data.qfrc_passive; positions and velocities must be up to date. MuJoCo's stages do this."""
         self._gravity.at(data.time)
         self._surface.at(data.time)
         if self.native:
-            self._locked(self._head.ctypes.data, data._address)
+            self._locked(self._head.ctypes.data, data._address, found.ctypes.data if len(found) else 0)
         else:
-            self._act(self._plan, views_of(data), *self._turns)
+            self._act(self._plan, views_of(data), *self._turns, found)
 
     # Questions
 
     def _surveyed(self, data):
         """Forces, torques, energies of field and contact, (n, 8), at the state of `data`; brings the scratch there."""
         copy_state(self.model, data, self._scratch)
-        self._gravity.at(data.time)
-        self._surface.at(data.time)
-        found = np.empty((len(self.bodies), 8))
-        self._survey(self._plan, views_of(self._scratch), *self._turns, found)
+        found = np.full((len(self.bodies), 8), np.nan)
+        self.act(self._scratch, found)
         return found
 
     def wrenches(self, data=None) -> tuple[np.ndarray, np.ndarray]:

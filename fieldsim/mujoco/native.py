@@ -19,11 +19,10 @@ from fieldsim.mujoco.tables import Plan, Source, Views
 PLACES = layout.offsets()
 _TIME, _XIPOS, _XIMAT, _SUBTREE_COM, _CDOF, _CVEL, _QFRC_PASSIVE = (PLACES[name] for name in layout.FIELDS)
 
-# What MuJoCo calls, and what the dispatcher calls in turn: two addresses in, nothing out.
-SIGNATURE = types.void(types.intp, types.intp)
-# Called from C; and from Python, which then keeps the lock that guards its tables.
+# What MuJoCo calls: (model, data). Called by Python it would let go of the lock that guards Python's tables; LOCKED,
+# for what acts on one model, does not.
 POINTER = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)
-LOCKED = ctypes.PYFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)
+LOCKED = ctypes.PYFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
 
 # Models at most that feel fields at the same time.
 MOST = 256
@@ -115,15 +114,16 @@ def _row(array):
 
 @functools.cache
 def acting(points: bool, contact: bool):
-    """C function (address of a head, address of an mjData) that adds the field's forces."""
+    """C function (addresses of a head, an mjData, and room for what is found or 0); see `actor`."""
     act = actor(points, contact, True)
 
-    @numba.cfunc(SIGNATURE)
-    def function(head, data):
+    @numba.cfunc(types.void(types.intp, types.intp, types.intp))
+    def function(head, data, room):
         plan = _plan(head)
         gravity_turns = np.empty((plan.gravity.groups.shape[0], 9))
         surface_turns = np.empty((plan.surface.groups.shape[0], 9))
-        act(plan, _views(data, plan.mass.shape[0], plan.parents.shape[0]), gravity_turns, surface_turns)
+        found = numba.carray(doubles(room), (plan.bodies.shape[0] if room else 0, 8))
+        act(plan, _views(data, plan.mass.shape[0], plan.parents.shape[0]), gravity_turns, surface_turns, found)
 
     return function
 
@@ -132,13 +132,13 @@ def acting(points: bool, contact: bool):
 def dispatcher():
     """C function for mjcb_passive: what was there before, then what is registered for the model."""
 
-    @numba.cfunc(SIGNATURE)
+    @numba.cfunc(types.void(types.intp, types.intp))
     def dispatch(model, data):
         registry = numba.carray(words(_REGISTRY_ADDRESS), (1 + MOST, 3))
         if registry[0, 1] != 0:
-            call(registry[0, 1], model, data)
+            call(registry[0, 1], model, data, 0)
         for k in range(1, 1 + registry[0, 0]):
             if registry[k, 0] == model:
-                call(registry[k, 1], registry[k, 2], data)
+                call(registry[k, 1], registry[k, 2], data, 0)
 
     return dispatch

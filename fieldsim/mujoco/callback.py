@@ -43,10 +43,19 @@ def end(forces) -> None:
     native.REGISTRY[0] = 0
 
 
-def _install():
-    """Native code if it can do all that is asked for, otherwise Python."""
+def active(forces) -> bool:
+    """Whether it acts now."""
+    return _active.get(forces.model._address) is forces
+
+
+def is_native() -> bool:
+    """Whether native code can do all that is asked for."""
     foreign = _before is None or isinstance(_before, ctypes._CFuncPtr)
-    if not (foreign and all(forces.free_of_python for forces in _active.values())):
+    return foreign and all(forces.free_of_python for forces in _active.values())
+
+
+def _install():
+    if not is_native():
         mujoco.set_mjcb_passive(_dispatch)
         return
     table = native.REGISTRY

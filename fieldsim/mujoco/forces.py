@@ -1,5 +1,6 @@
 """FieldForces: a MuJoCo model in fields of this package."""
 
+import contextlib
 import warnings
 
 import mujoco
@@ -173,7 +174,21 @@ class FieldForces:
             self._own_gravity = None
         callback.end(self)
 
+    @contextlib.contextmanager
+    def running(self):
+        """Active within, whether or not it was already."""
+        if callback.active(self):
+            yield self
+        else:
+            with self:
+                yield self
+
     # For the callback
+
+    @property
+    def running_natively(self) -> bool:
+        """Whether it is active now without any Python."""
+        return callback.active(self) and callback.is_native()
 
     @property
     def free_of_python(self) -> bool:

@@ -15,7 +15,7 @@ from fieldsim.world.motion import pose_at
 
 KINDS = ("sdf", "mesh")
 # The first version that makes a signed distance field of a mesh by itself.
-SDF_SINCE = (3, 3, 4)
+SDF_SINCE = (3, 3, 5)
 # A mesh lies inside a round surface: averaged over a face, by this share of the distance at its middle.
 MEAN_OF_MIDDLE = 0.75
 
@@ -54,7 +54,7 @@ def planet_geom(
     `Body.surface_mesh`; MuJoCo's distance field adds its own error of about half a cell in 128 of its longest side's
     curvature. friction: sliding, torsional, rolling. mocap: whether motion may move it, unless told if the body moves.
     The shape is that at `time`; MuJoCo's geoms do not deform. Raises InputError for a body without a surface, and
-    FieldsimError for "sdf" with a MuJoCo before 3.3.4.
+    FieldsimError for "sdf" with a MuJoCo before 3.3.5.
     """
     if not isinstance(body, Body):
         raise InputError(f"planet_geom: body is {body!r}; give a fs.Body")
@@ -63,8 +63,8 @@ def planet_geom(
         raise InputError(f"planet_geom: kind is {kind!r}; give 'sdf' or 'mesh'")
     if kind == "sdf" and _version() < SDF_SINCE:
         raise FieldsimError(
-            f"planet_geom: MuJoCo {mujoco.__version__} makes no signed distance field of a mesh; install 3.3.4 or later, "
-            "give kind='mesh', or use FieldForces(contact=...)"
+            f"planet_geom: MuJoCo {mujoco.__version__} makes no signed distance field of a mesh; install 3.3.5 or "
+            "later, give kind='mesh', or use FieldForces(contact=...)"
         )
     name = _checked_name(name or body.name or "planet")
     mesh = _centered_between(body, time, body.surface_mesh(time, resolution=resolution, tolerance=tolerance))
@@ -110,8 +110,8 @@ def _centered_between(body, time, mesh):
 
 def _look(material):
     red, green, blue = (np.asarray(material.rgb) ** (1 / 2.2)).clip(0.0, 1.0)
-    shine = min(1.0, material.shininess / 128.0)
-    return f'rgba="{red:.4g} {green:.4g} {blue:.4g} 1" specular="{min(1.0, material.specular):.4g}" shininess="{shine:.4g}"'
+    specular, shine = min(1.0, material.specular), min(1.0, material.shininess / 128.0)
+    return f'rgba="{red:.4g} {green:.4g} {blue:.4g} 1" specular="{specular:.4g}" shininess="{shine:.4g}"'
 
 
 def _friction(friction):

@@ -36,7 +36,7 @@ PLANET = Body(
 # A squat ellipsoid that thrusts along its z axis and turns by reaction wheels.
 MODEL = """
 <mujoco>
-  <option gravity="0 0 0" integrator="RK4" timestep="0.002"/>
+  <option gravity="0 0 0" integrator="RK4" timestep="0.001"/>
   <worldbody>
     <body name="lander" pos="0 0 2">
       <freejoint/>
@@ -54,21 +54,22 @@ MODEL = """
 """
 # Full thrust is about twice the weight on the tube; full torque turns the lander round in about a second.
 THRUST, TORQUE = 2.0, 0.02
-STEPS = 20
+STEPS = 40
 FUEL = 6.0
 # Touching down faster than this is a crash; slower than the second for so many turns is a landing.
 CRASH, REST, PATIENCE = 0.6, 0.05, 10
 FAR = 4.0
-# As in `Contact`: hits up to the speed of a fall from far away.
-LAW = Contact(speed=1.5, depth=0.05, damping=1.5, friction=0.8)
+LAW = Contact(speed=1.0, depth=0.1, damping=1.5, friction=0.8)
+# What observations stay within, in their order.
+BOUNDS = np.repeat([10.0, 10.0, 1.0, 1.0, 1000.0, 100.0, 10.0, 1.0], [3, 3, 3, 3, 3, 3, 1, 1])
 
 
 class DonutLander(gymnasium.Env):
     """Land softly on a donut planet, with little fuel.
 
-    Action (4,) in -1..1: thrust along the lander's z axis (-1: none, 1: full), torques about its axes. Observation (20,):
-    position, velocity, the lander's x and z axes, angular velocity, gravity at the lander (each 3, world frame), height
-    over the surface, fuel left in 0..1. Reward: what is gained in height, speed and uprightness, fuel spent against it,
+    Action (4,) in -1..1: thrust along the lander's z axis (-1: none, 1: full), torques about its axes. Observation
+    (20,): position, velocity, the lander's x and z axes, angular velocity, gravity at the lander (each 3, world frame),
+    height over the surface, fuel left in 0..1. Reward: what is gained in height, speed and uprightness, fuel spent against it,
     100 for a landing, -100 for a crash or for getting lost. A turn is 0.04 units of time.
     """
 
@@ -82,7 +83,7 @@ class DonutLander(gymnasium.Env):
         self.data = mujoco.MjData(self.model)
         self.forces = FieldForces(self.model, self.data, PLANET, contact=LAW)
         self.action_space = spaces.Box(-1.0, 1.0, (4,), np.float32)
-        self.observation_space = spaces.Box(-np.inf, np.inf, (20,), np.float64)
+        self.observation_space = spaces.Box(-BOUNDS, BOUNDS, dtype=np.float64)
         self._fuel, self._still, self._score = FUEL, 0, 0.0
 
     def reset(self, *, seed=None, options=None):
@@ -111,7 +112,7 @@ class DonutLander(gymnasium.Env):
         with self.forces.running():
             mujoco.mj_step(self.model, self.data, STEPS)
         burnt = THRUST * thrust * STEPS * self.model.opt.timestep
-        self._fuel = max(0.0, self._fuel - burnt)
+        self._fuel = max(0.0, self._fuel - float(burnt))
         observation = self._observed()
         score = self._rated(observation)
         reward, self._score = score - self._score - 0.1 * burnt, score
@@ -130,7 +131,7 @@ class DonutLander(gymnasium.Env):
         height = math.hypot(math.hypot(x[0], x[1]) - 1.0, x[2]) - TUBE
         spin = turn @ self.data.qvel[3:]
         parts = x, self.data.qvel[:3], turn[:, 0], turn[:, 2], spin, force[0], [height], [self._fuel / FUEL]
-        return np.concatenate(parts)
+        return np.clip(np.concatenate(parts), -BOUNDS, BOUNDS)
 
     @staticmethod
     def _rated(observation):

@@ -117,9 +117,7 @@ def _look(material):
 def _friction(friction):
     numbers = [validate.number("planet_geom", "friction", f, at_least=0.0) for f in np.atleast_1d(friction)]
     if not 1 <= len(numbers) <= 3:
-        raise InputError(
-            f"planet_geom: friction is {friction!r}; give one to three numbers: sliding, torsional, rolling"
-        )
+        raise InputError(f"planet_geom: friction is {friction!r}; give sliding, torsional and rolling friction")
     return _words(numbers)
 
 

@@ -196,3 +196,12 @@ __all__ = [
     "solid_faces",
     "timeline",
 ]
+
+
+def __getattr__(name):
+    """`fieldsim.mujoco`, loaded when first asked for."""
+    if name == "mujoco":
+        import importlib
+
+        return importlib.import_module("fieldsim.mujoco")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -44,6 +44,7 @@ KNOWS = {
     "plots": set(),
     "world": {"potentials"},
     "dynamics": {"potentials", "world"},
+    "mujoco": {"potentials", "world", "dynamics"},
     "render": {"potentials", "world"},
     "scenario": {"potentials", "world", "dynamics", "render", "plots"},
     "recording": {"potentials", "world"},

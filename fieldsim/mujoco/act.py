@@ -1,0 +1,67 @@
+"""One evaluation of the callback: the wrench on every body, and what it does to the degrees of freedom.
+
+`turns` (G, 9), of gravity's and of the surfaces' groups, is room to work in.
+"""
+
+import functools
+
+from fieldsim.mujoco.contact import touch
+from fieldsim.mujoco.evaluate import maker, turning, vectors
+from fieldsim.mujoco.wrenches import pull_at_center, pull_on_points
+
+
+@functools.cache
+def wrench_on(points: bool, contact: bool, native: bool):
+    """Function (k, plan, views, turns of gravity, of surfaces) -> force, torque, energies of field and contact."""
+    pull = (pull_on_points if points else pull_at_center)(native)
+    push = touch(native)
+
+    @maker(native)
+    def gravity_alone(k, plan, views, gravity_turns, surface_turns):
+        force, torque, u = pull(k, plan, views, gravity_turns)
+        return force, torque, u, 0.0
+
+    @maker(native)
+    def both(k, plan, views, gravity_turns, surface_turns):
+        f, t, u = pull(k, plan, views, gravity_turns)
+        fc, tc, uc = push(k, plan, views, surface_turns)
+        return (f[0] + fc[0], f[1] + fc[1], f[2] + fc[2]), (t[0] + tc[0], t[1] + tc[1], t[2] + tc[2]), u, uc
+
+    return both if contact else gravity_alone
+
+
+@functools.cache
+def actor(points: bool, contact: bool, native: bool):
+    """Function (plan, views, turns, turns, found): add the field's generalised forces to views.qfrc_passive.
+
+    found (n, 8) or (0, 8): where forces, torques and energies of field and contact of every body are left, if anywhere.
+    """
+    wrench = wrench_on(points, contact, native)
+    fill = turning(native)
+    dot, cross, _ = vectors(native)
+
+    @maker(native)
+    def act(plan, views, gravity_turns, surface_turns, found):
+        fill(plan.gravity.groups, views.time, gravity_turns)
+        fill(plan.surface.groups, views.time, surface_turns)
+        for k in range(plan.bodies.shape[0]):
+            force, torque, u, u_contact = wrench(k, plan, views, gravity_turns, surface_turns)
+            if found.shape[0] > 0:
+                for i in range(3):
+                    found[k, i] = force[i]
+                    found[k, 3 + i] = torque[i]
+                found[k, 6] = u
+                found[k, 7] = u_contact
+            # MuJoCo's motion axes are about the centre of mass of the body's whole tree.
+            x, origin = views.xipos, views.subtree_com
+            b, r = plan.bodies[k], plan.roots[k]
+            tx, ty, tz = cross((x[b, 0] - origin[r, 0], x[b, 1] - origin[r, 1], x[b, 2] - origin[r, 2]), force)
+            torque = torque[0] + tx, torque[1] + ty, torque[2] + tz
+            i = plan.dofs[k]
+            while i >= 0:
+                c = views.cdof
+                views.qfrc_passive[i] += dot((c[i, 0], c[i, 1], c[i, 2]), torque)
+                views.qfrc_passive[i] += dot((c[i, 3], c[i, 4], c[i, 5]), force)
+                i = plan.parents[i]
+
+    return act

@@ -1,0 +1,60 @@
+"""Numba functions that work with bare addresses: as pointers to values, and as C functions to call."""
+
+import functools
+
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic
+
+
+def _pointer(dtype):
+    """Numba function: the pointer to values of `dtype` at an address."""
+
+    @intrinsic
+    def pointer(typing_context, address):
+        def generate(context, builder, signature, arguments):
+            return builder.inttoptr(arguments[0], context.get_value_type(signature.return_type))
+
+        return types.CPointer(dtype)(types.intp), generate
+
+    return pointer
+
+
+doubles, words, halves = _pointer(types.float64), _pointer(types.int64), _pointer(types.int32)
+
+
+@intrinsic
+def call(typing_context, function, one, two, three):
+    """Call the C function at an address with three addresses (one that takes fewer leaves the others unread)."""
+
+    def generate(context, builder, signature, arguments):
+        word = context.get_value_type(types.intp)
+        kind = ir.FunctionType(ir.VoidType(), [word, word, word])
+        builder.call(builder.inttoptr(arguments[0], kind.as_pointer()), arguments[1:])
+        return context.get_dummy_value()
+
+    return types.void(types.intp, types.intp, types.intp, types.intp), generate
+
+
+@functools.cache
+def call_sum(length: int):
+    """Numba function: call the C function of a sum (see `sums`); the numbers it gives, as a tuple."""
+    inputs = (types.intp, types.float64, types.float64, types.float64, *[types.intp] * 5)
+
+    @intrinsic
+    def invoke(typing_context, function, x, y, z, rows, width, kinds, first, count):
+        result = types.UniTuple(types.float64, length)
+
+        def generate(context, builder, signature, arguments):
+            word, real = context.get_value_type(types.intp), context.get_value_type(types.float64)
+            kind = ir.FunctionType(ir.VoidType(), [real] * 3 + [word] * 6)
+            with builder.goto_entry_block():
+                out = builder.alloca(real, size=ir.Constant(word, length))
+            callee = builder.inttoptr(arguments[0], kind.as_pointer())
+            builder.call(callee, [*arguments[1:], builder.ptrtoint(out, word)])
+            numbers = [builder.load(builder.gep(out, [ir.Constant(word, i)])) for i in range(length)]
+            return context.make_tuple(builder, signature.return_type, numbers)
+
+        return result(*inputs), generate
+
+    return invoke

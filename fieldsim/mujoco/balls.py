@@ -1,0 +1,145 @@
+"""What of a MuJoCo body touches the analytic surfaces: its geoms as ellipsoids and points (see `contact`)."""
+
+import dataclasses
+import math
+
+import mujoco
+import numpy as np
+
+from fieldsim import validate
+from fieldsim.dynamics.rigid_body import log_slope
+from fieldsim.errors import InputError
+from fieldsim.mujoco.contact import WIDTH
+from fieldsim.mujoco.points import frame_of, mesh_of
+
+Kind = mujoco.mjtGeom
+# Distance of a geom's points and balls, in radii of the thinnest surface; and how many there are of a mesh at most.
+SPACING = 0.5
+MOST = 128
+# A step as long as this share of 1 / (angular frequency of a hit) resolves it.
+RESOLVED = 0.5
+
+
+@dataclasses.dataclass(frozen=True)
+class Contact:
+    """Contact of MuJoCo's bodies with the surfaces F = 1 of the sources, by a potential: no mesh, no solver.
+
+    speed: the fastest hit to expect, in lengths per unit of time; it presses a ball in by `depth`, a share of its
+    radius (or of the surface's, if that is less). damping: 0 keeps the energy; a hit at `speed` loses about
+    4/3 damping of it. friction: Coulomb's coefficient against the surface as it moves; where a body sticks it creeps,
+    by less than the pull on it in four time steps. Spheres, capsules and ellipsoids touch as what they are (a capsule
+    as a row of balls); boxes, cylinders and meshes with points on their surface.
+    """
+
+    speed: float
+    depth: float = 0.02
+    damping: float = 0.0
+    friction: float = 0.0
+
+    def __post_init__(self):
+        for name in ("speed", "depth"):
+            object.__setattr__(self, name, validate.number("Contact", name, getattr(self, name), above=0.0))
+        for name in ("damping", "friction"):
+            object.__setattr__(self, name, validate.number("Contact", name, getattr(self, name), at_least=0.0))
+
+    def stiffness(self, mass: float, size: float) -> float:
+        """Such that a hit of `mass` at `speed` goes `depth` times `size` deep: m v^2 / 2 = stiffness d^3 / 3."""
+        return 1.5 * mass * self.speed**2 / (self.depth * size) ** 3
+
+
+def longest_step(rows, mass: float, law: Contact) -> float:
+    """The longest time step that resolves a hit at `law.speed`: RESOLVED / sqrt(2 stiffness d / m) for depth d."""
+    stiffness = rows[:, 13].max()
+    depth = (1.5 * mass * law.speed**2 / stiffness) ** (1.0 / 3.0)
+    return RESOLVED / math.sqrt(2.0 * stiffness * depth / mass)
+
+
+def slope_of(materials) -> float:
+    """How fast log F falls at the surfaces, at least."""
+    return min(log_slope(material) for material in materials)
+
+
+def body_balls(model, body: int, law: Contact, radius: float) -> np.ndarray:
+    """Rows (n, WIDTH) of all geoms of a body; radius: of the thinnest surface."""
+    parts = [np.zeros((0, WIDTH))]
+    mass = model.body_subtreemass[model.body_rootid[body]]
+    for geom in range(model.body_geomadr[body], model.body_geomadr[body] + model.body_geomnum[body]):
+        if not (model.geom_contype[geom] or model.geom_conaffinity[geom]):
+            continue  # only to be seen
+        centers, axes = _shape(model, geom, SPACING * radius)
+        turn, move = frame_of(model, geom)
+        rows = np.zeros((len(centers), WIDTH))
+        rows[:, :3] = centers @ turn.T + move
+        rows[:, 3:12] = (turn @ np.diag(axes)).ravel()
+        rows[:, 12] = axes.max()
+        size = axes.min() if axes.any() else _thickness(model, geom)
+        rows[:, 13] = law.stiffness(mass, min(size, radius))
+        rows[:, 14] = axes.max() > 0.5 * radius
+        parts.append(rows)
+    return np.concatenate(parts)
+
+
+def _thickness(model, geom):
+    """Half the least extent of a box, cylinder or mesh."""
+    if model.geom_type[geom] == Kind.mjGEOM_CYLINDER:
+        return model.geom_size[geom][:2].min()
+    if model.geom_type[geom] == Kind.mjGEOM_BOX:
+        return model.geom_size[geom].min()
+    vertices, _ = mesh_of(model, model.geom_dataid[geom])
+    return max(0.5 * np.ptp(vertices, axis=0).min(), 1e-3 * np.ptp(vertices, axis=0).max())
+
+
+def _shape(model, geom, spacing):
+    """Centres (n, 3), in the geom's frame, and semi-axes (3,) of its ellipsoids; of points they are 0."""
+    kind, size = model.geom_type[geom], model.geom_size[geom]
+    none = np.zeros(3)
+    if kind == Kind.mjGEOM_SPHERE:
+        return np.zeros((1, 3)), size[[0, 0, 0]]
+    if kind == Kind.mjGEOM_ELLIPSOID:
+        return np.zeros((1, 3)), size.copy()
+    if kind == Kind.mjGEOM_CAPSULE:
+        along = _spread(size[1], max(spacing, size[0]))
+        return along[:, None] * (0.0, 0.0, 1.0), size[[0, 0, 0]]
+    if kind == Kind.mjGEOM_CYLINDER:
+        return _cylinder(size[0], size[1], spacing), none
+    if kind == Kind.mjGEOM_BOX:
+        return _box(size, spacing), none
+    if kind in (Kind.mjGEOM_MESH, Kind.mjGEOM_SDF) and model.geom_dataid[geom] >= 0:
+        return _far_apart(mesh_of(model, model.geom_dataid[geom])[0]), none
+    name = model.geom(geom).name or geom
+    raise InputError(
+        f"FieldForces: geom {name!r} is of a type that the contact potential does not know; "
+        "give spheres, capsules, ellipsoids, cylinders, boxes or meshes, or contact=None"
+    )
+
+
+def _spread(half, spacing):
+    """Places from -half to half, the ends among them."""
+    return np.linspace(-half, half, 1 + min(8, max(1, math.ceil(2.0 * half / spacing))))
+
+
+def _box(half, spacing):
+    axes = [_spread(h, spacing) for h in half]
+    places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    return places[(np.abs(places) == half).any(axis=1)]
+
+
+def _cylinder(radius, half, spacing):
+    count = min(32, max(12, math.ceil(2 * np.pi * radius / spacing)))
+    angle = 2 * np.pi * np.arange(count) / count
+    ring = np.column_stack([np.cos(angle), np.sin(angle)])
+    side = [np.column_stack([radius * ring, np.full(count, z)]) for z in _spread(half, spacing)]
+    ends = [np.column_stack([share * radius * ring, np.full(count, z)]) for z in (-half, half) for share in (0.0, 0.5)]
+    return np.unique(np.concatenate([*side, *ends]), axis=0)
+
+
+def _far_apart(vertices):
+    """At most MOST of the vertices, each as far as can be from those before it."""
+    if len(vertices) <= MOST:
+        return vertices
+    chosen = [int(np.argmax(np.linalg.norm(vertices - vertices.mean(axis=0), axis=1)))]
+    distance = np.full(len(vertices), np.inf)
+    while len(chosen) < MOST:
+        distance = np.minimum(distance, np.linalg.norm(vertices - vertices[chosen[-1]], axis=1))
+        chosen.append(int(np.argmax(distance)))
+    return vertices[chosen]

@@ -1,0 +1,109 @@
+"""What FieldForces refuses, with the reason and the remedy."""
+
+import mujoco
+import numpy as np
+
+from fieldsim.errors import InputError
+
+
+def model_and_data(model, data) -> None:
+    """Refuse what is no model, and data that belong to another one."""
+    if not isinstance(model, mujoco.MjModel):
+        raise InputError(f"FieldForces: model is {model!r}; give a mujoco.MjModel")
+    own_data(model, data)
+    if not model.nv:
+        raise InputError("FieldForces: the model has no degree of freedom; give it a joint, or nothing can move")
+
+
+def own_data(model, data) -> None:
+    """Refuse what is no MjData of this model."""
+    if not isinstance(data, mujoco.MjData):
+        raise InputError(f"FieldForces: data is {data!r}; give a mujoco.MjData of the model")
+    if data.model._address != model._address:
+        raise InputError(
+            "FieldForces: this data belongs to another model; make one of this model: data = mujoco.MjData(model)"
+        )
+
+
+def options(model) -> None:
+    """Refuse options of the model under which MuJoCo would not ask for forces."""
+    bits = mujoco.mjtDisableBit
+    off = ("mjDSBL_PASSIVE",) if hasattr(bits, "mjDSBL_PASSIVE") else ("mjDSBL_SPRING", "mjDSBL_DAMPER")
+    if all(model.opt.disableflags & getattr(bits, name) for name in off):
+        raise InputError(
+            "FieldForces: the model's option disables passive forces, and MuJoCo then asks for no forces at all; "
+            "enable springs or dampers (<flag passive/spring/damper='enable'/>)"
+        )
+    sleep = getattr(mujoco.mjtEnableBit, "mjENBL_SLEEP", 0)
+    if model.opt.enableflags & sleep:
+        raise InputError(
+            "FieldForces: the model lets bodies sleep, and what sleeps does not feel a field; disable the flag sleep"
+        )
+
+
+def gravity(model, keep) -> None:
+    """Refuse a model whose own gravity is on, unless it is told what to do with it."""
+    off = model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY
+    if keep is None and not off and np.any(model.opt.gravity):
+        raise InputError(
+            f"FieldForces: the model has its own gravity {tuple(model.opt.gravity.tolist())}, on top of the field; "
+            "give keep_gravity=True for both, keep_gravity=False to switch it off while in the field, or "
+            "<option gravity='0 0 0'/>"
+        )
+
+
+def bodies(model, chosen) -> np.ndarray:
+    """Ids of the chosen bodies (names or ids), or of all that have mass and move; refuses those that cannot feel."""
+    dofs = last_dofs(model)
+    if chosen is None:
+        found = np.flatnonzero((model.body_mass > 0.0) & (dofs >= 0))
+        if not len(found):
+            raise InputError("FieldForces: no body of the model has mass and can move; give one a joint and a mass")
+        return found.astype(np.int64)
+    chosen = [chosen] if isinstance(chosen, str | int | np.integer) else list(chosen)
+    found = [_body(model, one) for one in chosen]
+    if not found:
+        raise InputError("FieldForces: bodies is empty; name at least one, or leave it out for all")
+    if len(set(found)) < len(found):
+        raise InputError(f"FieldForces: bodies {chosen} names one twice; name each once")
+    for body in found:
+        name = model.body(body).name or body
+        if dofs[body] < 0:
+            raise InputError(f"FieldForces: body {name!r} is fixed to the world and cannot move; give it a joint")
+        if not model.body_mass[body] > 0.0:
+            raise InputError(f"FieldForces: body {name!r} has no mass, so no field pulls it; give it a mass")
+    return np.array(found, dtype=np.int64)
+
+
+def _body(model, one):
+    if isinstance(one, str):
+        found = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, one)
+        if found < 0:
+            names = ", ".join(repr(model.body(b).name) for b in range(1, model.nbody) if model.body(b).name)
+            raise InputError(f"FieldForces: the model has no body {one!r}; it has {names or 'none with a name'}")
+        return found
+    if isinstance(one, bool) or not isinstance(one, int | np.integer) or not 0 < one < model.nbody:
+        raise InputError(
+            f"FieldForces: bodies has {one!r}; give names, or numbers from 1 to {model.nbody - 1} (0 is the world)"
+        )
+    return int(one)
+
+
+def last_dofs(model) -> np.ndarray:
+    """The last degree of freedom that moves each body, (nbody,); -1 for what is fixed."""
+    found = np.full(model.nbody, -1, dtype=np.int64)
+    for body in range(1, model.nbody):
+        own = model.body_dofnum[body]
+        found[body] = model.body_dofadr[body] + own - 1 if own else found[model.body_parentid[body]]
+    return found
+
+
+def finite(model, bodies, forces) -> None:
+    """Refuse a start at which a force (n, 8) is not finite."""
+    bad = np.flatnonzero(~np.isfinite(forces).all(axis=1))
+    if bad.size:
+        name = model.body(int(bodies[bad[0]])).name or int(bodies[bad[0]])
+        raise InputError(
+            f"FieldForces: the field is singular where body {name!r} starts ({bad.size} such bodies); start it "
+            "elsewhere, or soften the kernel, such as fs.Newtonian(softening=0.01)"
+        )

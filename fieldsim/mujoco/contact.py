@@ -1,0 +1,232 @@
+"""Contact by a potential: every geom as a few ellipsoids, pushed out of the surface F = 1 where they reach into it.
+
+An ellipsoid reaches in by depth = max over its points of log(F) / slope, about a length, and stores the energy
+stiffness depth^3 / 3. The force is that of the deepest point alone, exactly: where that point lies changes the depth
+only in second order. What is lost to damping and friction depends on the velocity there.
+
+A row of `balls` has the columns: 0-2 the centre in the body's inertial frame; 3-11 the matrix S of the ellipsoid
+centre + S u, |u| <= 1 (nothing for a point), by rows; 12 its greatest radius; 13 the stiffness; 14 whether the search
+for its deepest point starts from many directions. `law` is (slope, damping, friction, time step).
+"""
+
+import functools
+import itertools
+import math
+
+import numpy as np
+
+from fieldsim.mujoco.evaluate import field_at, jet_at, maker, room_at, turns, vectors
+from fieldsim.mujoco.tables import Source
+
+WIDTH = 15
+# The search ends when a step turns the direction by less than this (the depth then is right to its square).
+CLOSE = 1e-8
+STEPS = 40
+# Corners and faces of a cube: where a large ball's search may start.
+_STARTS = np.array([d for d in itertools.product((-1, 0, 1), repeat=3) if np.abs(d).sum() in (1, 3)])
+STARTS = tuple(map(tuple, (_STARTS / np.linalg.norm(_STARTS, axis=1)[:, None]).tolist()))
+
+
+@functools.cache
+def _uphill(native: bool):
+    """Function (u, g, h): one step of Newton's method on the unit sphere towards the greatest value; (u, length)."""
+    dot, cross, between = vectors(native)
+
+    @maker(native)
+    def unit(v):
+        size = math.sqrt(dot(v, v))
+        return v[0] / size, v[1] / size, v[2] / size
+
+    @maker(native)
+    def step(u, g, h):
+        away = (1.0, 0.0, 0.0) if abs(u[0]) < 0.7 else (0.0, 1.0, 0.0)
+        a = unit(cross(u, away))
+        b = cross(u, a)
+        ga, gb = dot(g, a), dot(g, b)
+        steep = dot(g, u)
+        aa, ab, bb = between(a, h, a) - steep, between(a, h, b), between(b, h, b) - steep
+        det = aa * bb - ab * ab
+        if aa < 0.0 and det > 0.0:
+            da, db = (ab * gb - bb * ga) / det, (ab * ga - aa * gb) / det
+        else:  # no maximum near: straight up
+            size = max(math.sqrt(ga * ga + gb * gb), 1e-300)
+            da, db = 0.5 * ga / size, 0.5 * gb / size
+        length = math.sqrt(da * da + db * db)
+        if length > 0.5:
+            da, db = 0.5 * da / length, 0.5 * db / length
+        return unit((u[0] + da * a[0] + db * b[0], u[1] + da * a[1] + db * b[1], u[2] + da * a[2] + db * b[2])), length
+
+    return step
+
+
+@functools.cache
+def deepest(native: bool):
+    """Function (centre, S, many, source, turns) -> the point of the ellipsoid with the greatest F, F, gradient.
+
+    S: nine numbers by rows, world frame; many: start from many directions.
+    """
+    jet = jet_at(native)
+    field = field_at(native)
+    dot, _, between = vectors(native)
+    step = _uphill(native)
+    starts = STARTS
+
+    @maker(native)
+    def reached(c, s, u):
+        return (
+            c[0] + s[0] * u[0] + s[1] * u[1] + s[2] * u[2],
+            c[1] + s[3] * u[0] + s[4] * u[1] + s[5] * u[2],
+            c[2] + s[6] * u[0] + s[7] * u[1] + s[8] * u[2],
+        )
+
+    @maker(native)
+    def begin(c, s, many, source, turned):
+        """The direction to start in: up the gradient, or the best of many."""
+        f, g = field(c, source, turned)
+        x, y, z = (s[0], s[3], s[6]), (s[1], s[4], s[7]), (s[2], s[5], s[8])
+        u = dot(x, g), dot(y, g), dot(z, g)
+        size = math.sqrt(dot(u, u))
+        if size > 0.0:
+            u = u[0] / size, u[1] / size, u[2] / size
+        else:
+            u = 0.0, 0.0, -1.0
+        if many:
+            best, _ = field(reached(c, s, u), source, turned)
+            for start in starts:
+                f, _ = field(reached(c, s, start), source, turned)
+                if f > best:
+                    best, u = f, start
+        return u
+
+    @maker(native)
+    def search(c, s, many, source, turned):
+        x, y, z = (s[0], s[3], s[6]), (s[1], s[4], s[7]), (s[2], s[5], s[8])
+        u = begin(c, s, many, source, turned)
+        p = reached(c, s, u)
+        f, g, _ = jet(p, source, turned)
+        for _ in range(STEPS):
+            p = reached(c, s, u)
+            f, g, h = jet(p, source, turned)
+            if not f > 0.0:
+                break
+            # Derivatives of log F by u.
+            gu = dot(x, g) / f, dot(y, g) / f, dot(z, g) / f
+            hu = (
+                between(x, h, x) / f - gu[0] * gu[0],
+                between(y, h, y) / f - gu[1] * gu[1],
+                between(z, h, z) / f - gu[2] * gu[2],
+                between(x, h, y) / f - gu[0] * gu[1],
+                between(x, h, z) / f - gu[0] * gu[2],
+                between(y, h, z) / f - gu[1] * gu[2],
+            )
+            u, turned_by = step(u, gu, hu)
+            if turned_by < CLOSE:
+                break
+        return p, f, g
+
+    return search
+
+
+@functools.cache
+def _ground(native: bool):
+    """Function (point, source, turns) -> velocity of the surface's material there, weighted by the fields."""
+    alone = field_at(native)
+    _, cross, _ = vectors(native)
+    part = maker(native)(_one_group)
+
+    @maker(native)
+    def velocity(p, source, turned):
+        groups = source.groups
+        total, vx, vy, vz = 0.0, 0.0, 0.0, 0.0
+        for g in range(groups.shape[0]):
+            f, _ = alone(p, part(source, g), turned[g : g + 1])
+            x, y, z = cross((groups[g, 11], groups[g, 12], groups[g, 13]), p)
+            total += f
+            vx += f * (x + groups[g, 14])
+            vy += f * (y + groups[g, 15])
+            vz += f * (z + groups[g, 16])
+        if total <= 0.0:
+            return 0.0, 0.0, 0.0
+        return vx / total, vy / total, vz / total
+
+    return velocity
+
+
+def _one_group(source, g):
+    return Source(source.rows, source.kinds, source.groups[g : g + 1], source.field, source.jet, source.margin)
+
+
+@functools.cache
+def touch(native: bool):
+    """Function (k, plan, views, turns) -> force, torque about the centre of mass, energy of a body's contacts."""
+    search = deepest(native)
+    field = field_at(native)
+    room = room_at(native)
+    ground = _ground(native)
+    turn, _ = turns(native)
+    dot, cross, _ = vectors(native)
+
+    @maker(native)
+    def matrix(views, b, balls, i):
+        """The ball's S in the world's frame, by rows: its columns turned one by one."""
+        x0, x1, x2 = turn(views.ximat, b, (balls[i, 3], balls[i, 6], balls[i, 9]))
+        y0, y1, y2 = turn(views.ximat, b, (balls[i, 4], balls[i, 7], balls[i, 10]))
+        z0, z1, z2 = turn(views.ximat, b, (balls[i, 5], balls[i, 8], balls[i, 11]))
+        return x0, y0, z0, x1, y1, z1, x2, y2, z2
+
+    @maker(native)
+    def lost(k, plan, views, turned, p, n, push):
+        """Force at p on top of the elastic `push` along n: damping and friction."""
+        b, r = plan.bodies[k], plan.roots[k]
+        origin, v = views.subtree_com, views.cvel
+        arm = p[0] - origin[r, 0], p[1] - origin[r, 1], p[2] - origin[r, 2]
+        wx, wy, wz = cross((v[b, 0], v[b, 1], v[b, 2]), arm)
+        gx, gy, gz = ground(p, plan.surface, turned)
+        v = v[b, 3] + wx - gx, v[b, 4] + wy - gy, v[b, 5] + wz - gz
+        rising = dot(v, n)
+        damped = -min(push, plan.law[1] * push * rising)
+        along = v[0] - rising * n[0], v[1] - rising * n[1], v[2] - rising * n[2]
+        speed = math.sqrt(dot(along, along))
+        # Coulomb's law, but never so strong that a time step turns the sliding round.
+        grip = min(plan.law[2] * (push + damped), 0.25 * plan.mass[b] / plan.law[3] * speed) / max(speed, 1e-300)
+        return (
+            damped * n[0] - grip * along[0],
+            damped * n[1] - grip * along[1],
+            damped * n[2] - grip * along[2],
+        )
+
+    @maker(native)
+    def push(k, plan, views, turned):
+        b = plan.bodies[k]
+        x, balls = views.xipos, plan.balls
+        fx, fy, fz, tx, ty, tz, u = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for i in range(plan.first_ball[k], plan.first_ball[k + 1]):
+            arm = turn(views.ximat, b, (balls[i, 0], balls[i, 1], balls[i, 2]))
+            p = x[b, 0] + arm[0], x[b, 1] + arm[1], x[b, 2] + arm[2]
+            if room(p, plan.surface, turned) > balls[i, 12]:
+                continue
+            if balls[i, 12] > 0.0:
+                p, f, g = search(p, matrix(views, b, balls, i), balls[i, 14] != 0.0, plan.surface, turned)
+            else:
+                f, g = field(p, plan.surface, turned)
+            if not f > 1.0:
+                continue
+            depth = math.log(f) / plan.law[0]
+            size = math.sqrt(dot(g, g))
+            n = -g[0] / size, -g[1] / size, -g[2] / size
+            strength = balls[i, 13] * depth * depth * size / (f * plan.law[0])
+            force = strength * n[0], strength * n[1], strength * n[2]
+            if plan.law[1] > 0.0 or plan.law[2] > 0.0:
+                more = lost(k, plan, views, turned, p, n, strength)
+                force = force[0] + more[0], force[1] + more[1], force[2] + more[2]
+            t = cross((p[0] - x[b, 0], p[1] - x[b, 1], p[2] - x[b, 2]), force)
+            fx += force[0]
+            fy += force[1]
+            fz += force[2]
+            tx += t[0]
+            ty += t[1]
+            tz += t[2]
+            u += balls[i, 13] * depth * depth * depth / 3.0
+        return (fx, fy, fz), (tx, ty, tz), u
+
+    return push

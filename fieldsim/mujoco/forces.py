@@ -1,0 +1,245 @@
+"""FieldForces: a MuJoCo model in fields of this package."""
+
+import contextlib
+import warnings
+
+import mujoco
+import numpy as np
+
+from fieldsim.errors import FieldsimWarning, InputError
+from fieldsim.mujoco import callback, checks, layout
+from fieldsim.mujoco.act import actor
+from fieldsim.mujoco.balls import Contact, body_balls, longest_step, slope_of
+from fieldsim.mujoco.contact import WIDTH
+from fieldsim.mujoco.energy import ModelEnergy, copy_state, own_energies
+from fieldsim.mujoco.points import equal_points, geom_points
+from fieldsim.mujoco.sums import LENGTHS
+from fieldsim.mujoco.tables import Plan, Table, sources_of, views_of
+from fieldsim.world.body import Body
+
+ACCURACIES = ("torque", "points", "geoms")
+NOTHING = np.empty((0, 8))
+
+
+class FieldForces:
+    """Gravity, and contact if told, of fields on the bodies of a MuJoCo model, as a context manager.
+
+        with fs.mujoco.FieldForces(model, data, planet):
+            mujoco.mj_step(model, data)
+
+    Within it MuJoCo's passive forces of every data of this model, at every stage of a step, include those of the
+    fields; other models are left alone, and may be in fields of their own at the same time.
+
+    sources: a Field, a Body or a World, or several; Bodies may move (Pose, Spin, Keyframes, functions of time) and
+    deform. bodies: names or numbers of those that feel them, all that have mass and move unless told.
+    accuracy: "torque": the pull at a body's centre of mass and the torque of its gradient; "points": the pull on six
+    mass points with the body's inertia, which is as good and keeps the energy; "geoms": on points all over the geoms.
+    contact: a `Contact`, for the surfaces of sources that are Bodies. keep_gravity: what to do with the model's own
+    gravity where it is on: True keeps it, False switches it off while in the field.
+    native: run as native code, without Python or its lock; False runs the same in Python, slowly, to debug. Where a
+    source moves or deforms by a function of time, that function is asked in Python at every stage.
+
+    Raises InputError for what cannot be (see `checks`), when made or when entered. What was there as MuJoCo's callback
+    runs first, and is put back at the end.
+    """
+
+    def __init__(
+        self,
+        model,
+        data,
+        sources,
+        *,
+        bodies=None,
+        accuracy: str = "torque",
+        contact: Contact | None = None,
+        keep_gravity: bool | None = None,
+        native: bool = True,
+    ):
+        checks.model_and_data(model, data)
+        if accuracy not in ACCURACIES:
+            raise InputError(f"FieldForces: accuracy is {accuracy!r}; give one of {', '.join(map(repr, ACCURACIES))}")
+        self.model, self.data = model, data
+        self.sources = sources_of(sources)
+        self.bodies = checks.bodies(model, bodies)
+        self.accuracy, self.contact, self.keep_gravity, self.native = accuracy, contact, keep_gravity, native
+        checks.gravity(model, keep_gravity)
+        needs = "jet" if accuracy == "torque" else "field"
+        self._gravity = Table(self.sources, "gravity", data.time, (needs,), native)
+        self._surface = Table(self.sources if contact else (), "surface", data.time, LENGTHS, native)
+        self._refuse_idle()
+        self._plan = self._planned()
+        self._own_gravity = None
+        self._kind = accuracy != "torque", contact is not None
+        self._act = actor(*self._kind, native)
+        self._turns = [np.empty((len(table.arrays.groups), 9)) for table in (self._gravity, self._surface)]
+        # Another data of the model, for questions between steps.
+        self._scratch = mujoco.MjData(model)
+        if native:
+            self._prepare(data)
+
+    def _prepare(self, data):
+        from fieldsim.mujoco import native
+
+        layout.check(data, native.PLACES)
+        self._head = native.head_of(self._plan)
+        self._function = native.acting(*self._kind)
+        self._locked = native.LOCKED(self._function.address)
+
+    def _refuse_idle(self):
+        if self.contact is not None and not isinstance(self.contact, Contact):
+            raise InputError(f"FieldForces: contact is {self.contact!r}; give a fs.mujoco.Contact(speed), or None")
+        if self.contact and not len(self._surface):
+            raise InputError("FieldForces: contact is given but no source has a surface; give a Body a fs.Material")
+        if not len(self._gravity) and not len(self._surface):
+            raise InputError(
+                "FieldForces: no source pulls or touches; give a Body gravity=fs.Newtonian(), or contact=..."
+            )
+
+    def _planned(self):
+        model, bodies = self.model, self.bodies
+        points, balls, law = self._mass_points(), self._balls(), np.zeros(4)
+        if self.contact:
+            law[:3] = slope_of(self._materials), self.contact.damping, self.contact.friction
+        return Plan(
+            bodies,
+            model.body_rootid[bodies].astype(np.int64),
+            checks.last_dofs(model)[bodies],
+            model.dof_parentid.astype(np.int64),
+            model.body_mass,
+            model.body_inertia,
+            _firsts(points),
+            np.concatenate([np.zeros((0, 4)), *points]),
+            _firsts(balls),
+            np.concatenate([np.zeros((0, WIDTH)), *balls]),
+            law,
+            self._gravity.arrays,
+            self._surface.arrays,
+        )
+
+    def _mass_points(self):
+        model = self.model
+        if self.accuracy == "geoms":
+            return [geom_points(model, body) for body in self.bodies]
+        if self.accuracy == "points":
+            return [equal_points(model.body_mass[body], model.body_inertia[body]) for body in self.bodies]
+        return [np.zeros((0, 4))] * len(self.bodies)
+
+    @property
+    def _materials(self):
+        time = self.data.time
+        return [s.surface.at(time) for s in self.sources if isinstance(s, Body) and s.surface is not None]
+
+    def _balls(self):
+        if not self.contact:
+            return [np.zeros((0, WIDTH))] * len(self.bodies)
+        radius = min(material.radius for material in self._materials)
+        return [body_balls(self.model, body, self.contact, radius) for body in self.bodies]
+
+    # As a context
+
+    def __enter__(self):
+        checks.own_data(self.model, self.data)
+        checks.options(self.model)
+        checks.gravity(self.model, self.keep_gravity)
+        checks.finite(self.model, self.bodies, self._surveyed(self.data))
+        self._plan.law[3] = self.model.opt.timestep
+        self._warn_of_long_steps()
+        callback.begin(self)
+        if self.keep_gravity is False:
+            self._own_gravity = self.model.opt.gravity.copy()
+            self.model.opt.gravity[:] = 0.0
+        return self
+
+    def _warn_of_long_steps(self):
+        if not self.contact:
+            return
+        plan, step = self._plan, self.model.opt.timestep
+        for k, body in enumerate(self.bodies):
+            rows = plan.balls[plan.first_ball[k] : plan.first_ball[k + 1]]
+            longest = longest_step(rows, plan.mass[body], self.contact) if len(rows) else step
+            if step > longest:
+                name = self.model.body(int(body)).name or int(body)
+                warnings.warn(
+                    f"FieldForces: a timestep of {step:g} is too long for body {name!r} in a hit at speed "
+                    f"{self.contact.speed:g}: contact would not keep the energy; give one below {longest:.2g}, or a "
+                    "larger Contact(depth=...)",
+                    FieldsimWarning,
+                    stacklevel=3,
+                )
+                return
+
+    def __exit__(self, *failure):
+        if self._own_gravity is not None:
+            self.model.opt.gravity[:] = self._own_gravity
+            self._own_gravity = None
+        callback.end(self)
+
+    @contextlib.contextmanager
+    def running(self):
+        """Active within, whether or not it was already."""
+        if callback.active(self):
+            yield self
+        else:
+            with self:
+                yield self
+
+    # For the callback
+
+    @property
+    def running_natively(self) -> bool:
+        """Whether it is active now without any Python."""
+        return callback.active(self) and callback.is_native()
+
+    @property
+    def free_of_python(self) -> bool:
+        """Whether native code alone can do it."""
+        return self.native and not (self._gravity.timed or self._surface.timed)
+
+    @property
+    def addresses(self) -> tuple[int, int]:
+        """Of the native function, and of the head it works on."""
+        return self._function.address, self._head.ctypes.data
+
+    def act(self, data, found=NOTHING) -> None:
+        """Add the forces to data.qfrc_passive; positions and velocities must be up to date. MuJoCo's stages do this."""
+        self._gravity.at(data.time)
+        self._surface.at(data.time)
+        if self.native:
+            self._locked(self._head.ctypes.data, data._address, found.ctypes.data if len(found) else 0)
+        else:
+            self._act(self._plan, views_of(data), *self._turns, found)
+
+    # Questions
+
+    def _surveyed(self, data):
+        """Forces, torques, energies of field and contact, (n, 8), at the state of `data`; brings the scratch there."""
+        copy_state(self.model, data, self._scratch)
+        found = np.full((len(self.bodies), 8), np.nan)
+        self.act(self._scratch, found)
+        return found
+
+    def wrenches(self, data=None) -> tuple[np.ndarray, np.ndarray]:
+        """Forces (n, 3) and torques about the centres of mass (n, 3), world frame, on `bodies` now."""
+        found = self._surveyed(self._own(data))
+        return found[:, :3].copy(), found[:, 3:6].copy()
+
+    def potential_energy(self, data=None) -> float:
+        """Potential energy of the bodies in the fields and their contacts, now."""
+        return float(self._surveyed(self._own(data))[:, 6:].sum())
+
+    def energy(self, data=None) -> ModelEnergy:
+        """All energies now."""
+        data = self._own(data)
+        found = self._surveyed(data)
+        kinetic, own = own_energies(self.model, self._scratch)
+        return ModelEnergy(data.time, kinetic, own, float(found[:, 6].sum()), float(found[:, 7].sum()))
+
+    def _own(self, data):
+        if data is None:
+            return self.data
+        checks.own_data(self.model, data)
+        return data
+
+
+def _firsts(parts):
+    return np.cumsum([0, *(len(part) for part in parts)]).astype(np.int64)

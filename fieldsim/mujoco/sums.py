@@ -1,0 +1,81 @@
+"""Fields of packed elements behind one address each, so that the code that uses them is compiled once for all fields.
+
+A *sum* of a `Source` (its `field`, `jet` or `margin`) is the address of a C function in native code, and a portable
+function in Python. `caller(name, native)` calls it either way.
+"""
+
+import functools
+
+from fieldsim.dynamics.surfaces import _margin
+from fieldsim.potentials import cells
+
+# How many numbers each gives: F and its gradient; also the Hessian; the distance within which no surface can be.
+LENGTHS = {"field": 4, "jet": 10, "margin": 1}
+_PORTABLE = {"field": cells.field_sum, "jet": cells.jet_sum, "margin": _margin}
+
+
+def sum_of(name: str, kinds_used, native: bool):
+    """The sum of the given cells: an address, or a portable function."""
+    if native:
+        return _compiled(name, kinds_used).address
+    return _tuple_of(_PORTABLE[name](kinds_used), LENGTHS[name], lambda function: function)
+
+
+def _tuple_of(total, length, make):
+    """A sum whose result is a tuple, also of one number."""
+    if length > 1:
+        return total
+
+    @make
+    def alone(x, y, z, rows, kinds, first, count):
+        return (total(x, y, z, rows, kinds, first, count),)
+
+    return alone
+
+
+@functools.cache
+def _compiled(name, kinds_used):
+    """C function (x, y, z, rows, length of a row, kinds, first, count, out)."""
+    import numba
+    from numba import types
+
+    from fieldsim.mujoco.addresses import doubles, halves
+
+    total = _tuple_of(_PORTABLE[name](kinds_used).numba, LENGTHS[name], numba.njit)
+    length = LENGTHS[name]
+    word, real = types.intp, types.float64
+
+    @numba.cfunc(types.void(real, real, real, word, word, word, word, word, word))
+    def function(x, y, z, rows, width, kinds, first, count, out):
+        table = numba.carray(doubles(rows), (first + count, width))
+        result = numba.carray(doubles(out), (length,))
+        found = total(x, y, z, table, numba.carray(halves(kinds), (first + count,)), first, count)
+        for i, number in enumerate(found):
+            result[i] = number
+
+    return function
+
+
+@functools.cache
+def caller(name: str, native: bool):
+    """Function (x, y, z, source, first, count) -> what the source's sum of that name gives over those rows."""
+    if not native:
+
+        def call(x, y, z, source, first, count):
+            return getattr(source, name)(x, y, z, source.rows, source.kinds, first, count)
+
+        return call
+    import numba
+
+    from fieldsim.mujoco.addresses import call_sum
+
+    invoke = call_sum(LENGTHS[name])
+    place = list(LENGTHS).index(name)
+
+    @numba.njit
+    def call_native(x, y, z, source, first, count):
+        address = (source.field, source.jet, source.margin)[place]
+        rows, kinds = source.rows, source.kinds
+        return invoke(address, x, y, z, rows.ctypes.data, rows.shape[1], kinds.ctypes.data, first, count)
+
+    return call_native

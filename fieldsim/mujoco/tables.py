@@ -1,0 +1,208 @@
+"""What the callback works on: plain arrays, the same for its native and its Python form."""
+
+import dataclasses
+import typing
+
+import numpy as np
+
+from fieldsim.dynamics.surfaces import with_reach
+from fieldsim.errors import InputError
+from fieldsim.mujoco.sums import LENGTHS, sum_of
+from fieldsim.potentials import cells
+from fieldsim.potentials.field import Field
+from fieldsim.world import quaternion
+from fieldsim.world.body import Body
+from fieldsim.world.motion import Spin, pose_at
+from fieldsim.world.world import World
+
+# Half the time over which the velocity of a surface is measured that only Python can move (friction asks for it).
+TWIST_STEP = 1e-5
+
+
+class Source(typing.NamedTuple):
+    """Elements in one role.
+
+    rows (N, >= WIDTH), kinds (N,): see `cells`. groups (G, 17), of rows that move together: 0 the first row, 1 their
+    number, 2 whether they spin (if not, their rows are in the world's frame); of a Spin 3-5 the axis, 6 the rate, 7 the
+    phase, 8-10 the centre; 11-13 the angular velocity, 14-16 the velocity of what is at the world's origin.
+    field, jet, margin: see `sums` (0: not needed).
+    """
+
+    rows: np.ndarray
+    kinds: np.ndarray
+    groups: np.ndarray
+    field: object
+    jet: object
+    margin: object
+
+
+class Plan(typing.NamedTuple):
+    """Which bodies feel what.
+
+    bodies (n,): their ids; roots (n,): the roots of their trees; dofs (n,): the last degree of freedom that moves each;
+    parents (nv,): the one before it, or -1. mass (nbody,), inertia (nbody, 3): MuJoCo's own, seen live.
+    points (P, 4): places in the bodies' inertial frames and shares of the mass, those of body k from first_point[k];
+    balls (B, 15) and law (4,): see `contact`, the balls of body k from first_ball[k].
+    """
+
+    bodies: np.ndarray
+    roots: np.ndarray
+    dofs: np.ndarray
+    parents: np.ndarray
+    mass: np.ndarray
+    inertia: np.ndarray
+    first_point: np.ndarray
+    points: np.ndarray
+    first_ball: np.ndarray
+    balls: np.ndarray
+    law: np.ndarray
+    gravity: Source
+    surface: Source
+
+
+class Views(typing.NamedTuple):
+    """The parts of an mjData that the callback reads (the last it writes)."""
+
+    time: float
+    xipos: np.ndarray
+    ximat: np.ndarray
+    subtree_com: np.ndarray
+    cdof: np.ndarray
+    cvel: np.ndarray
+    qfrc_passive: np.ndarray
+
+
+def views_of(data) -> Views:
+    """Views of an MjData, as the native callback makes them from its address."""
+    return Views(*(getattr(data, name) for name in Views._fields))
+
+
+@dataclasses.dataclass(frozen=True)
+class _Part:
+    """One source in one role: its elements at a time, and its motion."""
+
+    elements: object
+    motion: object
+    deforming: bool
+
+    @property
+    def spins(self):
+        return isinstance(self.motion, Spin) and not self.deforming
+
+    @property
+    def timed(self):
+        """Whether only Python knows how it moves."""
+        return self.deforming or (callable(self.motion) and not self.spins)
+
+    def placed(self, time):
+        """Its elements in the world's frame; of one that spins, in its own."""
+        local = self.elements(time)
+        if self.spins:
+            return local
+        pose = pose_at(self.motion, time)
+        return dataclasses.replace(local, rows=cells.place(local.rows, pose.matrix, np.array(pose.position)))
+
+    def twist(self, time):
+        """Angular velocity, and velocity of what is at the world's origin, (6,), by a central difference in time."""
+        if not callable(self.motion):
+            return np.zeros(6)
+        before, after = (pose_at(self.motion, time + side * TWIST_STEP) for side in (-1, 1))
+        turn = quaternion.product(after.rotation, quaternion.inverse(np.array(before.rotation)))
+        omega = quaternion.logarithm(turn) / (2 * TWIST_STEP)
+        middle = 0.5 * (np.array(after.position) + before.position)
+        velocity = (np.array(after.position) - before.position) / (2 * TWIST_STEP)
+        return np.concatenate([omega, velocity - np.cross(omega, middle)])
+
+
+class Table:
+    """The sources in one role ("gravity" or "surface"), as arrays that stay where they are.
+
+    needs: which sums are asked for. `at(time)` brings the rows of those that only Python can move up to date, in place.
+    """
+
+    def __init__(self, sources, role: str, time: float, needs=(), native: bool = True):
+        self.role = role
+        parts = [part for part in (_part(source, role) for source in sources) if part and len(part.elements(time))]
+        # What neither moves nor needs Python, as one group; then what spins; then what is renewed.
+        still = [part for part in parts if not (part.spins or part.timed)]
+        spinning = [part for part in parts if part.spins]
+        self._timed = [part for part in parts if part.timed]
+        chunks = [cells.concatenate([part.placed(time) for part in still]).grouped()[0]]
+        chunks += [part.placed(time) for part in (*spinning, *self._timed)]
+        whole = cells.concatenate(chunks)
+        self._total = len(whole)
+        sums = [sum_of(name, whole.kinds_used, native) if name in needs and self._total else 0 for name in LENGTHS]
+        self.arrays = Source(self._bounded(whole.rows, whole.kinds), whole.kinds, _groups(chunks, spinning), *sums)
+        self._time = None
+        self.at(time)
+
+    def __len__(self) -> int:
+        return self._total
+
+    @property
+    def timed(self) -> bool:
+        """Whether some rows are functions of time that only Python knows."""
+        return bool(self._timed)
+
+    def _bounded(self, rows, kinds):
+        """Rows with their reach where contact needs it."""
+        return with_reach(rows, kinds, self._total) if self.role == "surface" else rows
+
+    def at(self, time: float) -> None:
+        """Bring the rows that only Python can move to `time`."""
+        if not self._timed or time == self._time:
+            return
+        timed = self.arrays.groups[-len(self._timed) :]
+        for part, group in zip(self._timed, timed, strict=True):
+            placed = part.placed(time)
+            first = int(group[0])
+            self.arrays.rows[first : first + len(placed)] = self._bounded(placed.rows, placed.kinds)
+            group[11:] = part.twist(time)
+        self._time = time
+
+
+def _part(source, role):
+    """A source's part in a role, or None where it has none."""
+    if isinstance(source, Field):
+        if role != "gravity":
+            return None
+        return _Part(lambda time: source.at(time).elements, pose_at((0, 0, 0), 0.0), source.animated)
+    if (source.gravity if role == "gravity" else source.surface) is None:
+        return None
+    elements = source.gravity_elements if role == "gravity" else source.surface_elements
+    return _Part(elements, source.motion, source.deforming)
+
+
+def _groups(chunks, spinning):
+    groups = np.zeros((len(chunks), 17))
+    counts = [len(chunk) for chunk in chunks]
+    groups[:, 0] = np.cumsum([0, *counts[:-1]])
+    groups[:, 1] = counts
+    for group, part in zip(groups[1:], spinning, strict=False):
+        spin = part.motion
+        group[2:11] = 1.0, *spin.axis, spin.rate, spin.phase, *spin.center
+        group[11:14] = spin.rate * np.array(spin.axis)
+        group[14:] = -np.cross(group[11:14], spin.center)
+    return groups
+
+
+def sources_of(sources) -> tuple:
+    """Fields and bodies of what a user gave as sources: one or a sequence of Field, Body and World."""
+    given = (sources,) if isinstance(sources, Field | Body | World) else tuple(sources)
+    found = []
+    for index, source in enumerate(given):
+        if isinstance(source, World):
+            found += source.bodies
+        elif isinstance(source, Field | Body):
+            found.append(source)
+        else:
+            raise InputError(f"FieldForces: sources[{index}] is {source!r}; give a fs.Field, fs.Body or fs.World")
+    if not found:
+        raise InputError("FieldForces: there are no sources; give at least one fs.Field or fs.Body")
+    for source in found:
+        if isinstance(source, Body) and source.free:
+            raise InputError(
+                f"FieldForces: {source.name or 'a body'} has the motion fs.Rigid, which only fs.Simulation can move; "
+                "give a fs.Pose, fs.Spin, fs.Keyframes or a function of time, or make it a body of the MuJoCo model"
+            )
+    return tuple(found)

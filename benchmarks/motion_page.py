@@ -192,6 +192,6 @@ def _draw_runs(runs, path):
     )
     for name, run in runs.items():
         axes.plot(run.turns, run.sizes, label=f"{name}: {run.summary[1]:+.2f}", **_style(name))
-    axes.set_ylim(1e-17, 1e-3)
+    axes.set_ylim(1e-17, 1.0)  # room for the legend
     axes.legend(fontsize=7, ncols=2)
     figure.savefig(path)

@@ -99,7 +99,7 @@ def integrator_of(owner: str, value) -> Integrator:
     if isinstance(value, str) and value == "auto":
         return Auto()
     if not isinstance(value, Integrator):
-        raise InputError(f'{owner}: integrator is {value!r}; give fs.Leapfrog(dt) or another, "auto" or None')
+        raise InputError(f'{owner}: integrator is {value!r}; give one such as fs.Leapfrog(dt), "auto" or None')
     return value
 
 

@@ -13,6 +13,7 @@ import warp as wp
 from fieldsim.errors import InputError
 from fieldsim.launch import launch
 from fieldsim.potentials import cells
+from fieldsim.world import quaternion
 from fieldsim.world.motion import IDENTITY, Spin, pose_at
 
 ROLES = {
@@ -120,7 +121,8 @@ def _poses(motion, times):
     if isinstance(motion, Spin):
         return spin_poses(motion, times)
     poses = [pose_at(motion, time) for time in times]
-    return np.stack([pose.matrix for pose in poses]), np.array([pose.position for pose in poses])
+    rotations = quaternion.matrices(np.array([pose.rotation for pose in poses]))
+    return rotations, np.array([pose.position for pose in poses])
 
 
 def spin_poses(spin, times):

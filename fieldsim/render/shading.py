@@ -64,6 +64,14 @@ SOLIDS = wp.constant(1 << 30)
 
 
 @wp.func
+def behind_shape(i: int, light: int, hits: Hits):
+    """Whether a hard shape hides a light from a sample."""
+    if hits.blocked.shape[0] == 0:
+        return False
+    return hits.blocked[i, light] == wp.uint8(1)
+
+
+@wp.func
 def ball_shadow(o: wp.vec3, d: wp.vec3, far: float, balls: Balls):
     """Whether a particle other than one that o lies on stands in the way."""
     if balls.radius.shape[0] == 0:
@@ -171,9 +179,8 @@ def shade_kernel(kinds_used, in_scratch=False):
                 continue
             if lights.shadows[k] == 1:
                 cast += 1
-                if hits.blocked.shape[0] > 0:
-                    if hits.blocked[i, k] == wp.uint8(1):
-                        continue
+                if behind_shape(i, k, hits):
+                    continue
                 far = wp.where(w[3] > 0.0, distance, hermite.FOREVER)
                 if ball_shadow(p, toward, far, balls):
                     continue

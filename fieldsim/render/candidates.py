@@ -49,10 +49,10 @@ def direction(view: View, x: float, y: float):
 
 @wp.func
 def _tangents(x: float, z: float, radius: float):
-    """Least and greatest x/z over a disc at (x, z), z > radius."""
-    angle = wp.atan2(x, z)
-    spread = wp.asin(wp.min(radius / wp.sqrt(x * x + z * z), 1.0))
-    return wp.tan(wp.max(angle - spread, -1.57)), wp.tan(wp.min(angle + spread, 1.57))
+    """Least and greatest x/z over a disc at (x, z), z > radius: the slopes m with (x - m z)^2 = r^2 (1 + m^2)."""
+    below = (z - radius) * (z + radius)
+    root = radius * wp.sqrt(x * x + below)
+    return (x * z - root) / below, (x * z + root) / below
 
 
 @wp.func
@@ -76,7 +76,9 @@ def _rectangle(view: View, start: wp.vec3, end: wp.vec3, radius: float):
     if wp.max(wp.dot(start, view.forward), wp.dot(end, view.forward)) + radius <= 0.0:
         return wp.vec4i(0, -1, 0, -1)
     a = _extent(view, start, radius)
-    b = _extent(view, end, radius)
+    b = a
+    if wp.length_sq(end - start) > 0.0:
+        b = _extent(view, end, radius)
     size = float(TILE)
     last_x = float(view.tiles - 1)
     last_y = float((view.height + TILE - 1) // TILE - 1)
@@ -129,6 +131,14 @@ def _touches(view: View, tx: int, ty: int, start: wp.vec3, end: wp.vec3, radius:
     return distance <= radius * 1.0001
 
 
+@wp.func
+def _sees(view: View, r: wp.vec4i, tx: int, ty: int, start: wp.vec3, end: wp.vec3, radius: float):
+    """Whether tile (tx, ty) of the rectangle r may see a capsule; the only tile of a rectangle needs no second look."""
+    if r[0] == r[1] and r[2] == r[3]:
+        return True
+    return _touches(view, tx, ty, start, end, radius)
+
+
 @wp.kernel(enable_backward=False)
 def _count(
     begin: int,
@@ -145,7 +155,7 @@ def _count(
     n = int(0)
     for ty in range(r[2], r[3] + 1):
         for tx in range(r[0], r[1] + 1):
-            if _touches(view, tx, ty, start[i], end[i], radius[i]):
+            if _sees(view, r, tx, ty, start[i], end[i], radius[i]):
                 n += 1
     count[rank] = n
 
@@ -170,7 +180,7 @@ def _fill(
         slot = last[rank - 1]
     for ty in range(r[2], r[3] + 1):
         for tx in range(r[0], r[1] + 1):
-            if _touches(view, tx, ty, start[i], end[i], radius[i]):
+            if _sees(view, r, tx, ty, start[i], end[i], radius[i]):
                 tile[slot] = ty * view.tiles + tx
                 ids[slot] = i
                 slot += 1

@@ -60,7 +60,7 @@ def collect(hits: Hits, slot, size, unit: float, snapshot) -> dict[str, np.ndarr
     work = of_pixels(hits.work)
     layers = {
         "depth": np.where(thing == NOTHING, np.inf, depth * unit),
-        "normal": of_pixels(hits.normal),
+        "normal": np.where((thing == NOTHING)[:, None], 0.0, of_pixels(hits.normal)),
         "weights": weights,
         "steps": work[:, 0],
         "evaluations": work[:, 1],

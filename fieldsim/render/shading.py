@@ -64,6 +64,14 @@ SOLIDS = wp.constant(1 << 30)
 
 
 @wp.func
+def behind_shape(i: int, light: int, hits: Hits):
+    """Whether a hard shape hides a light from a sample."""
+    if hits.blocked.shape[0] == 0:
+        return False
+    return hits.blocked[i, light] == wp.uint8(1)
+
+
+@wp.func
 def ball_shadow(o: wp.vec3, d: wp.vec3, far: float, balls: Balls):
     """Whether a particle other than one that o lies on stands in the way."""
     if balls.radius.shape[0] == 0:
@@ -85,14 +93,6 @@ def unlit(i: int, hits: Hits, sky: Sky):
     u = 0.5 + 0.5 * hits.normal[i][2]
     ambient = sky.ambient_bottom + u * (sky.ambient_top - sky.ambient_bottom)
     return hits.light[i][0] * wp.cw_mul(hits.color[i], ambient)
-
-
-@wp.func
-def hidden(i: int, light: int, hits: Hits):
-    """Whether a hard shape hides a light from hit i."""
-    if hits.blocked.shape[0] == 0:
-        return False
-    return hits.blocked[i, light] == wp.uint8(1)
 
 
 @wp.func
@@ -194,7 +194,7 @@ def shade_kernel(kinds_used, in_scratch=False):
                     continue
                 if lights.shadows[k] == 1:
                     cast += 1
-                    if hidden(i, k, hits) or ball_shadow(p, toward, far, balls):
+                    if behind_shape(i, k, hits) or ball_shadow(p, toward, far, balls):
                         continue
                     dark = surface_shadow(scene, tree, p, toward, far, ids, t0s, t1s, room)
                     if dark == 1:

@@ -15,7 +15,7 @@ import warp as wp
 from fieldsim.launch import launch
 from fieldsim.render import bells, hermite
 from fieldsim.render.candidates import sorted_lists
-from fieldsim.render.shading import Balls, Hits, Lights, ball_shadow, hidden, lit, towards, unlit
+from fieldsim.render.shading import Balls, Hits, Lights, ball_shadow, behind_shape, lit, towards, unlit
 from fieldsim.render.sky import Sky
 
 _MOST = 256  # cells along a side of a grid
@@ -188,7 +188,7 @@ def shade_kernel(segments):
                         continue
                     if lights.shadows[k] == 1:
                         cast += 1
-                        if hidden(i, k, hits) or ball_shadow(p, toward, far, balls):
+                        if behind_shape(i, k, hits) or ball_shadow(p, toward, far, balls):
                             continue
                         dark = surface_shadow(p, toward, far, k, table, blockers, ids, bell, ends, t0s, t1s)
                         if dark == bells.GIVEN_UP:

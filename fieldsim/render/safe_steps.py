@@ -142,7 +142,7 @@ def _plane_without_integral(kernel, rows, softening, strength):
 
 @portable
 def _raised(u: real, power: real):
-    """u to the power of 1, 2 or 4."""
+    """The power 1, 2 or 4 of u."""
     if power == real(1.0):
         return u
     if power == real(2.0):

@@ -1,4 +1,4 @@
-"""Print figures: `python -m benchmarks accuracy|fields|motion|precision|contact|render|film [--json] [--full]`.
+"""Print figures: `python -m benchmarks accuracy|fields|motion|precision|contact|render|referee|film [--json] [--full]`.
 
 Each part is a module with a function `rows()` that yields dicts: name, value, unit, and where a peer is installed peer
 (its name), peer_value and ratio (value / peer_value). A part or a peer that is not there is passed over with a word.
@@ -12,7 +12,7 @@ import sys
 
 import click
 
-PARTS = ("accuracy", "fields", "motion", "precision", "contact", "render", "film")
+PARTS = ("accuracy", "fields", "motion", "precision", "contact", "render", "referee", "film")
 KEYS = ("name", "value", "unit", "peer", "peer_value", "ratio")
 
 

@@ -124,8 +124,8 @@ def _compared(snapshot, camera, solvers, size, device, *, pictures):
     renderers = [Renderer(size, device=device, solver=name) for name in solvers]
     depths, seconds = [], []
     for renderer in renderers:
-        # The first round loads kernels.
-        renderer.depth_and_normals(snapshot, camera)
+        # A small picture first, to load kernels.
+        Renderer((8, 8), device=device, solver=renderer.solver.name).depth_and_normals(snapshot, camera)
         start = perf_counter()
         depths.append(renderer.depth_and_normals(snapshot, camera)[0])
         seconds.append(perf_counter() - start)

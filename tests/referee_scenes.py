@@ -70,7 +70,13 @@ _FRONT = fs.Camera((1.2, -3.4, 1.6), fov=36)
 
 def scenes() -> dict:
     """Functions by name that make a Scene each; they raise InputError where a surface cannot be."""
-    made = {f"still life, {k.__name__}": lambda k=k: _scene(STILL_LIFE, _FRONT, radius=0.2, kernel=k) for k in KERNELS}
+    made = {
+        # Fields of 1/r add up over a skeleton; a higher level keeps them near it.
+        f"still life, {k.__name__}": lambda k=k: _scene(
+            STILL_LIFE, _FRONT, radius=0.2, kernel=k, threshold=5.0 if k is fs.Newtonian else 1.0
+        )
+        for k in KERNELS
+    }
     for kernel in (fs.Gaussian, fs.Cauchy):
         made |= {
             f"{name}, {kernel.__name__}": lambda kernel=kernel, f=f: f(kernel)

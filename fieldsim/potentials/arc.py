@@ -26,7 +26,7 @@ from fieldsim.errors import InputError
 from fieldsim.portable import portable, real
 from fieldsim.potentials.arc_angles import arctangent
 from fieldsim.potentials.arc_gaussian import gaussian_arc
-from fieldsim.potentials.arc_jet import arc_jet, end_sine, plain_offset, ring_offset, sharp_end
+from fieldsim.potentials.arc_jet import arc_jet, plain_ends, plain_offset, ring_offset, sharp_ends
 from fieldsim.potentials.arc_powers import arc_powers
 from fieldsim.potentials.carlson import carlson_d_trio
 from fieldsim.potentials.cells import register
@@ -353,11 +353,11 @@ def _gaussian_hollow(rho: real, radius: real, a: real):
     return rho < real(0.25) * radius and real(2.0) * a * a * rho * radius < real(1.0)
 
 
-for _kernel, _arc, _circle, _inside, _offset, _end in (
-    (Cauchy, cauchy_arc, cauchy_circle, _hollow, plain_offset, end_sine),
-    (Gaussian, gaussian_arc, gaussian_circle, _gaussian_hollow, plain_offset, end_sine),
-    (Newtonian, newtonian_arc, newtonian_circle, _hollow, ring_offset, sharp_end),
+for _kernel, _arc, _circle, _inside, _offset, _ends in (
+    (Cauchy, cauchy_arc, cauchy_circle, _hollow, plain_offset, plain_ends),
+    (Gaussian, gaussian_arc, gaussian_circle, _gaussian_hollow, plain_offset, plain_ends),
+    (Newtonian, newtonian_arc, newtonian_circle, _hollow, ring_offset, sharp_ends),
 ):
     _kernel_jet = _local.bind(arc=_arc, circle=_circle, hollow=_inside)
-    _jet = arc_jet.bind(kernel=_kernel_jet, ring_offset=_offset, end_sine=_end)
+    _jet = arc_jet.bind(kernel=_kernel_jet, ring_offset=_offset, ends=_ends)
     register(_kernel, Arc, _jet)

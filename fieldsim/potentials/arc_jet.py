@@ -94,27 +94,34 @@ def half_angle(cos: real, sin: real):
 
 
 @portable
-def end_sine(x: real, y: real, z: real, rows: Table, i: int, rho: real, near: real, c: real, s: real, end: int):
-    """The sine `s` of half the angle from the query's azimuth to an end (0 the start, 1 the end), c its cosine."""
-    return s
+def no_ends(x: real, y: real, z: real, rows: Table, i: int, rho: real, near: real, c0: real, s0: real):
+    """As `plain_ends`, for kernels that do without."""
+    zero = real(0.0)
+    return s0, zero, zero, zero, zero
 
 
 @portable
-def sharp_end(x: real, y: real, z: real, rows: Table, i: int, rho: real, near: real, c: real, s: real, end: int):
-    """As `end_sine`, for bare fields: with more digits where the query is close to that end.
+def plain_ends(x: real, y: real, z: real, rows: Table, i: int, rho: real, near: real, c0: real, s0: real):
+    """s0, c1, s1, turn and versine, as in `arc_jet`; near: the query's distance from the ring, or more."""
+    sin, cos = sine_cosine(real(0.25) * rows[i, 3])
+    turn = real(2.0) * sin * cos
+    versine = real(2.0) * sin * sin
+    return s0, c0 - (c0 * versine + s0 * turn), s0 - (s0 * versine - c0 * turn), turn, versine
 
-    near: the query's distance from the ring, or more. A closed ring has no ends.
-    """
+
+@portable
+def sharp_ends(x: real, y: real, z: real, rows: Table, i: int, rho: real, near: real, c0: real, s0: real):
+    """As `plain_ends`, for bare fields: with more digits next to an end. A closed ring has no ends."""
+    _s0, c1, s1, turn, versine = plain_ends(x, y, z, rows, i, rho, near, c0, s0)
     beside = real(BESIDE)
     if real(1.0) + real(1e-10) == real(1.0):
         beside = real(BESIDE_SINGLE)
-    if near + abs(s) * rho < beside * rows[i, 2] and rows[i, 3] < real(TAU):
-        if end == 0:
-            q = beside_start(x, y, z, rows, i)
-        else:
-            q = beside_end(x, y, z, rows, i)
-        s = -real(0.5) * q / (rho * c)
-    return s
+    if near < beside * rows[i, 2] and rows[i, 3] < real(TAU):
+        if near + abs(s0) * rho < beside * rows[i, 2]:
+            s0 = -real(0.5) * beside_start(x, y, z, rows, i) / (rho * c0)
+        if near + abs(s1) * rho < beside * rows[i, 2]:
+            s1 = -real(0.5) * beside_end(x, y, z, rows, i) / (rho * c1)
+    return s0, c1, s1, turn, versine
 
 
 @portable
@@ -148,15 +155,10 @@ def arc_jet(x: real, y: real, z: real, rows: Table, i: int):
         cos = p * inverse
         sin = q * inverse
     c0, s0 = half_angle(cos, sin)
-    sin_quarter, cos_quarter = sine_cosine(real(0.25) * rows[i, 3])
-    turn = real(2.0) * sin_quarter * cos_quarter
-    versine = real(2.0) * sin_quarter * sin_quarter
-    c1 = c0 - (c0 * versine + s0 * turn)
-    s1 = s0 - (s0 * versine - c0 * turn)
     inner, height = ring_offset(x, y, z, rows, i, rho, dx * nx + dy * ny + dz * nz)
-    near = abs(inner) + abs(height)
-    s0 = end_sine(x, y, z, rows, i, rho, near, c0, s0, 0)
-    s1 = end_sine(x, y, z, rows, i, rho, near, c1, s1, 1)
+    s0, c1, s1, turn, versine = ends(  # noqa: F821 - bound by the cells
+        x, y, z, rows, i, rho, abs(inner) + abs(height), c0, s0
+    )
     f, fa, fb, fn, faa, fbb, fnn, fab, fan, fbn = kernel(  # noqa: F821 - bound by the cells
         rho, inner, height, rows[i, 2], rows[i, 3], c0, s0, c1, s1, turn, versine, rows[i, 1], rows[i, 4]
     )

@@ -10,7 +10,7 @@ import math
 from fieldsim.portable import portable, real
 from fieldsim.potentials.arc import Arc
 from fieldsim.potentials.arc_angles import HALF_PI, arctangent, sine_cosine
-from fieldsim.potentials.arc_jet import arc_jet
+from fieldsim.potentials.arc_jet import arc_jet, no_ends
 from fieldsim.potentials.cells import register
 from fieldsim.potentials.circle import TAU, Circle
 from fieldsim.potentials.kernels import Quartic, SoftObject
@@ -185,5 +185,5 @@ soft_object_arc = _polynomial_arc.bind(part=_part.bind(SQUARE=5 / 9, CUBE=4 / 9)
 quartic_arc = _polynomial_arc.bind(part=_part.bind(SQUARE=1.0, CUBE=0.0))
 
 for _primitive in (Arc, Circle):
-    register(SoftObject, _primitive, arc_jet.bind(kernel=soft_object_arc))
-    register(Quartic, _primitive, arc_jet.bind(kernel=quartic_arc))
+    register(SoftObject, _primitive, arc_jet.bind(kernel=soft_object_arc, ends=no_ends))
+    register(Quartic, _primitive, arc_jet.bind(kernel=quartic_arc, ends=no_ends))

@@ -4,7 +4,7 @@ import math
 
 from fieldsim.portable import portable, real
 from fieldsim.potentials.arc import Arc
-from fieldsim.potentials.arc_jet import arc_jet, ring_offset, sharp_end
+from fieldsim.potentials.arc_jet import arc_jet, ring_offset, sharp_ends
 from fieldsim.potentials.arc_powers import arc_powers
 from fieldsim.potentials.cells import register
 from fieldsim.potentials.circle import TAU, Circle, circle_jet
@@ -184,5 +184,5 @@ def inverse_square_open_arc(
 
 register(InverseSquare, Point, point_jet.bind(kernel=inverse_square_point))
 register(InverseSquare, Segment, segment_jet.bind(kernel=inverse_square_segment))
-register(InverseSquare, Arc, arc_jet.bind(kernel=inverse_square_open_arc, end_sine=sharp_end))
+register(InverseSquare, Arc, arc_jet.bind(kernel=inverse_square_open_arc, ends=sharp_ends))
 register(InverseSquare, Circle, circle_jet.bind(kernel=inverse_square_circle, ring_offset=ring_offset))

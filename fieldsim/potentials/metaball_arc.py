@@ -12,7 +12,7 @@ import math
 from fieldsim.portable import portable, real
 from fieldsim.potentials.arc import Arc
 from fieldsim.potentials.arc_angles import HALF_PI, sine_cosine
-from fieldsim.potentials.arc_jet import arc_jet
+from fieldsim.potentials.arc_jet import arc_jet, no_ends
 from fieldsim.potentials.carlson import carlson_d_pair
 from fieldsim.potentials.cells import register
 from fieldsim.potentials.circle import TAU, Circle
@@ -268,4 +268,4 @@ def metaball_arc(
 
 
 for _primitive in (Arc, Circle):
-    register(Metaball, _primitive, arc_jet.bind(kernel=metaball_arc))
+    register(Metaball, _primitive, arc_jet.bind(kernel=metaball_arc, ends=no_ends))

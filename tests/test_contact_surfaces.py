@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import fieldsim as fs
-from fieldsim.dynamics.distances import DISTANCES
 from fieldsim.dynamics.surfaces import REACH, with_reach
+from fieldsim.potentials.distances import DISTANCES
 
 BALL = 0.02
 WALL = 0.02

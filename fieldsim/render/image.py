@@ -8,6 +8,7 @@ import warnings
 import numpy as np
 import warp as wp
 
+from fieldsim import validate
 from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.launch import device_named, launch
 from fieldsim.render import bounds
@@ -36,11 +37,12 @@ class Renderer:
 
     size: (width, height) in pixels. quality: "draft" (edges get 4 samples a pixel) or "final" (up to 16).
     device: "cpu", "cuda", ... shadows, samples: switch shadows off, and set the greatest number of samples a pixel: 1,
-    4 or 16. rays: traced so far. A camera inside a body sees its surface from within.
+    4 or 16. tolerance: of the field, relative to its level: what of distant elements may be left out, and how far a
+    hump that only grazes a ray may rise unseen. rays: traced so far. A camera inside a body sees its surface from within.
     Raises InputError for a size or a quality that cannot be.
     """
 
-    def __init__(self, size=(640, 360), quality="final", device=None, *, shadows=True, samples=None):
+    def __init__(self, size=(640, 360), quality="final", device=None, *, shadows=True, samples=None, tolerance=1e-5):
         self.size = _checked_size(size)
         if quality not in QUALITIES:
             raise InputError(f"Renderer: quality is {quality!r}; give 'draft' or 'final'")
@@ -49,6 +51,7 @@ class Renderer:
             raise InputError(f"Renderer: samples is {samples!r}; give 1, 4 or 16")
         self.device = device_named(device)
         self.shadows = shadows
+        self.tolerance = validate.number("Renderer", "tolerance", tolerance, above=0.0)
         self.rays = 0
         self._hits = {}
         self._warned = False
@@ -203,8 +206,8 @@ class Stage:
         self.kinds = surface.elements.kinds_used
         self.unit = bounds.unit_of(surface.elements, radii)
         self.view = _view(camera, renderer.size)
-        self.bounded = bounded = bounds.bound(surface.elements, eye, self.unit)
-        self.scene = _scene(bounded, surface, device)
+        self.bounded = bounded = bounds.bound(surface.elements, eye, self.unit, renderer.tolerance)
+        self.scene = _scene(bounded, surface, renderer.tolerance, device)
         shapes = capsules(bounded.start, bounded.end, bounded.radius, device)
         self.lists = candidates(self.view, shapes, device)
         centers, radii = (centers - eye) / self.unit, radii / self.unit
@@ -242,7 +245,7 @@ _HIT_FIELDS = {
 }
 
 
-def _scene(bounded, surface, device) -> Scene:
+def _scene(bounded, surface, tolerance, device) -> Scene:
     scene = Scene()
     scene.rows = wp.array(bounded.rows, dtype=float, ndim=2, device=device)
     scene.kinds = wp.array(bounded.kinds, dtype=int, device=device)
@@ -250,6 +253,10 @@ def _scene(bounded, surface, device) -> Scene:
     scene.reach = wp.array(bounded.reach, dtype=float, device=device)
     scene.core = wp.array(bounded.core, dtype=float, device=device)
     scene.width = wp.array(bounded.width, dtype=float, device=device)
+    scene.bend = wp.array(bounded.bend, dtype=float, device=device)
+    scene.order = wp.array(bounded.order, dtype=int, device=device)
+    scene.exact = wp.array(bounded.rows, dtype=wp.float64, ndim=2, device=device)
+    scene.tolerance = tolerance
     scene.owner = wp.array(surface.owner, dtype=int, device=device)
     table = [(*m.rgb, m.ambient, m.diffuse, m.specular, m.shininess, 0.0) for m in surface.materials]
     scene.materials = wp.array(np.array(table).reshape(-1, 8), dtype=float, ndim=2, device=device)
@@ -261,8 +268,8 @@ def _view(camera, size) -> View:
     right, up, forward = camera.axes()
     pixel = 2.0 * math.tan(math.radians(camera.fov) / 2.0) / height
     view = View()
-    view.across, view.down = wp.vec3(*(pixel * right)), wp.vec3(*(-pixel * up))
-    view.corner = wp.vec3(*(forward - 0.5 * width * pixel * right + 0.5 * height * pixel * up))
+    view.across, view.down = wp.vec3d(*(pixel * right)), wp.vec3d(*(-pixel * up))
+    view.corner = wp.vec3d(*(forward - 0.5 * width * pixel * right + 0.5 * height * pixel * up))
     view.right, view.up, view.forward = wp.vec3(*right), wp.vec3(*up), wp.vec3(*forward)
     view.width, view.height, view.tiles, view.pixel = width, height, -(-width // TILE), pixel
     return view

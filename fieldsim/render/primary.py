@@ -8,11 +8,14 @@ import warp as wp
 
 from fieldsim.potentials import cells
 from fieldsim.render import hermite
-from fieldsim.render.candidates import TILE, Candidates, View, direction
+from fieldsim.render.candidates import TILE, Candidates, View, direction, exact_direction
 from fieldsim.render.shading import BALLS, Balls, Hits
 from fieldsim.render.volumes import pierce, pierce_sphere
 
 _ROOM = wp.constant(32)  # intervals of a ray in local memory
+_POLISH = wp.constant(3)  # steps at most of Newton's method in float64
+_SMALL = wp.constant(wp.float64(1e-2))  # a step after which none is needed, in units of the longest
+_GRAZING = wp.constant(wp.float64(0.01))  # sine of the angle at which a ray grazes
 OVERFLOW = wp.constant(-2)  # a `thing`: the intervals that overlap did not fit
 
 
@@ -39,7 +42,7 @@ def nearest_ball(d: wp.vec3, tile: int, lists: Candidates, balls: Balls):
 def trace_kernel(kinds_used, in_scratch=False):
     """The kernel that traces samples. in_scratch: intervals live in global memory, with room for all elements."""
     sweep = hermite.first_hit(kinds_used)
-    element = cells.element_field(kinds_used).warp(wp.float32)
+    element = cells.element_field(kinds_used).warp(wp.float64)
 
     @wp.func
     def first_surface(
@@ -94,46 +97,56 @@ def trace_kernel(kinds_used, in_scratch=False):
         i: int,
         found: float,
         side: float,
-        d: wp.vec3,
+        d: wp.vec3d,
         scene: hermite.Scene,
         hits: Hits,
         ids: wp.array(dtype=int),
         t1s: wp.array(dtype=float),
         count: int,
     ):
-        """Write normal and material at a hit on the surface: gradients summed, materials mixed by weight."""
-        t = float(found)
-        p = t * d
-        f = float(0.0)
-        slope = wp.vec3(0.0, 0.0, 0.0)
-        color = wp.vec3(0.0, 0.0, 0.0)
-        light = wp.vec4(0.0, 0.0, 0.0, 0.0)
-        most = float(-1.0)
+        """Write depth, normal and material at a hit on the surface: gradients summed, materials mixed by weight.
+
+        The last steps to the root are Newton's, in float64.
+        """
+        t = wp.float64(found)
+        slope = wp.vec3d()
         width = float(0.0)
-        for k in range(count):
-            if t1s[k] < t:
-                continue
-            j = ids[k]
-            f_j, x, y, z = element(p[0], p[1], p[2], scene.rows, scene.kinds, j)
-            m = scene.owner[j]
-            f += f_j
-            slope += wp.vec3(x, y, z)
-            color += f_j * wp.vec3(scene.materials[m, 0], scene.materials[m, 1], scene.materials[m, 2])
-            light += f_j * wp.vec4(
-                scene.materials[m, 3], scene.materials[m, 4], scene.materials[m, 5], scene.materials[m, 6]
-            )
-            if f_j > most:
-                most = f_j
-                hits.thing[i] = m
-                width = scene.width[j]
-        # One more Newton step for free; where the ray grazes, it is no use.
-        along = wp.dot(slope, d) * side
-        if along < -0.1 * wp.length(slope):
-            t += wp.clamp(side * (1.0 - f) / along, -0.01 * width, 0.01 * width)
-        hits.depth[i] = t
-        hits.normal[i] = side * wp.normalize(slope)
-        hits.color[i] = color / f
-        hits.light[i] = light / f
+        for _k in range(_POLISH):
+            f = wp.float64(0.0)
+            slope = wp.vec3d()
+            color = wp.vec3(0.0, 0.0, 0.0)
+            light = wp.vec4(0.0, 0.0, 0.0, 0.0)
+            most = wp.float64(-1.0)
+            p = t * d
+            for k in range(count):
+                if t1s[k] >= found:
+                    j = ids[k]
+                    f_j, x, y, z = element(p[0], p[1], p[2], scene.exact, scene.kinds, j)
+                    m = scene.owner[j]
+                    f += f_j
+                    slope += wp.vec3d(x, y, z)
+                    share = float(f_j)
+                    color += share * wp.vec3(scene.materials[m, 0], scene.materials[m, 1], scene.materials[m, 2])
+                    light += share * wp.vec4(
+                        scene.materials[m, 3], scene.materials[m, 4], scene.materials[m, 5], scene.materials[m, 6]
+                    )
+                    if f_j > most:
+                        most = f_j
+                        hits.thing[i] = m
+                        width = scene.width[j]
+            hits.color[i] = color / float(f)
+            hits.light[i] = light / float(f)
+            # Where the ray only grazes, a step is no use.
+            along = wp.dot(slope, d) * wp.float64(side)
+            if along > -_GRAZING * wp.length(slope):
+                break
+            limit = wp.float64(0.01 * width)
+            step = wp.clamp(wp.float64(side) * (wp.float64(1.0) - f) / along, -limit, limit)
+            t += step
+            if wp.abs(step) < _SMALL * limit:
+                break
+        hits.depth[i] = float(t)
+        hits.normal[i] = side * wp.vec3(wp.normalize(slope))
         hits.lift[i] = 2.0e-3 * width
 
     @wp.func
@@ -163,7 +176,7 @@ def trace_kernel(kinds_used, in_scratch=False):
         if hit == OVERFLOW:
             hits.thing[i] = OVERFLOW
         elif hit >= 0.0:
-            describe(i, hit, side, d, scene, hits, ids, t1s, count)
+            describe(i, hit, side, exact_direction(view, s[0], s[1]), scene, hits, ids, t1s, count)
         elif ball >= 0:
             hits.depth[i] = far
             hits.thing[i] = BALLS + ball

@@ -9,6 +9,7 @@ from fieldsim.potentials.plane import Plane
 from fieldsim.potentials.point import Point
 from fieldsim.potentials.profile import ProfiledArc, ProfiledSegment
 from fieldsim.potentials.segment import Segment
+from fieldsim.potentials.tapered import TaperedSegment
 from fieldsim.potentials.triangle import Triangle
 
 
@@ -34,17 +35,34 @@ def _segment(x: real, y: real, z: real, rows: Table, i: int):
 
 
 @portable
-def _circle(x: real, y: real, z: real, rows: Table, i: int):
-    """Distance to the whole circle of an arc: not more than that to the arc."""
+def arc_distance(x: real, y: real, z: real, rows: Table, i: int):
+    """Distance to an arc."""
+    sx = rows[i, 14]
+    sy = rows[i, 15]
+    sz = rows[i, 16]
+    nx = rows[i, 17]
+    ny = rows[i, 18]
+    nz = rows[i, 19]
     dx = x - rows[i, 5]
     dy = y - rows[i, 6]
     dz = z - rows[i, 7]
-    height = dx * rows[i, 17] + dy * rows[i, 18] + dz * rows[i, 19]
-    dx -= height * rows[i, 17]
-    dy -= height * rows[i, 18]
-    dz -= height * rows[i, 19]
-    off = math.sqrt(dx * dx + dy * dy + dz * dz) - rows[i, 2]
-    return math.sqrt(off * off + height * height)
+    radius = rows[i, 2]
+    half = real(0.5) * rows[i, 3]
+    height = dx * nx + dy * ny + dz * nz
+    p = dx * sx + dy * sy + dz * sz
+    q = dx * (ny * sz - nz * sy) + dy * (nz * sx - nx * sz) + dz * (nx * sy - ny * sx)
+    rho = math.sqrt(p * p + q * q)
+    cosine = math.cos(half)
+    sine = math.sin(half)
+    # Turned so that the arc's middle lies at (1, 0), and to its upper half.
+    u = p * cosine + q * sine
+    v = abs(q * cosine - p * sine)
+    if u >= rho * cosine:
+        # Beside the arc, not beyond an end.
+        return math.sqrt((rho - radius) * (rho - radius) + height * height)
+    du = u - radius * cosine
+    dv = v - radius * sine
+    return math.sqrt(du * du + dv * dv + height * height)
 
 
 @portable
@@ -89,10 +107,11 @@ def _triangle(x: real, y: real, z: real, rows: Table, i: int):
 DISTANCES = {
     Point: _point,
     Segment: _segment,
-    Arc: _circle,
-    Circle: _circle,
+    Arc: arc_distance,
+    Circle: arc_distance,
     Triangle: _triangle,
     Plane: _plane,
     ProfiledSegment: _segment,
-    ProfiledArc: _circle,
+    TaperedSegment: _segment,
+    ProfiledArc: arc_distance,
 }

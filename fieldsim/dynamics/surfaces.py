@@ -20,94 +20,31 @@ from fieldsim.potentials import cells
 from fieldsim.potentials.arc import Arc
 from fieldsim.potentials.circle import Circle
 from fieldsim.potentials.distances import DISTANCES
-from fieldsim.potentials.kernels import Cauchy, Gaussian
+from fieldsim.potentials.kernels import COMPACT
 from fieldsim.potentials.plane import Plane
-from fieldsim.potentials.point import Point
-from fieldsim.potentials.profile import ProfiledArc, ProfiledSegment
-from fieldsim.potentials.segment import Segment
-from fieldsim.potentials.triangle import Triangle
+from fieldsim.potentials.profile import ProfiledArc
+from fieldsim.potentials.reach import reach, scale
 
 REACH = cells.WIDTH
-
-# The field at distance d of a whole line, or a whole plane, of strength 1 is this times profile^power: see `reach_of`.
-_LINE = {Gaussian: lambda a: math.sqrt(math.pi) / a, Cauchy: lambda s: 0.5 * math.pi / s}
-_PLANE = {Gaussian: lambda a: math.pi / (a * a), Cauchy: lambda s: math.pi / (s * s)}
-_POWER = {0: 2.0, 1: 1.5, 2: 1.0}
-
-
-def _length(rows):
-    return rows[..., cells.SIZE]
-
-
-def _arc_length(rows):
-    return rows[..., cells.SIZE] * rows[..., cells.ANGLE]
-
-
-def _area(rows):
-    return rows[..., cells.ANGLE]
-
-
-# Length or area of a primitive, and whether it is straight: flat ones give no more than the whole line or plane.
-_MEASURES = {
-    Point: (lambda rows: np.ones(rows.shape[:-1]), 0),
-    Segment: (_length, 1),
-    Arc: (_arc_length, 0),
-    Circle: (_arc_length, 0),
-    Triangle: (_area, 2),
-    Plane: (lambda rows: np.full(rows.shape[:-1], math.inf), 2),
-    ProfiledSegment: (_length, 1),
-    ProfiledArc: (_arc_length, 0),
-}
-
-
-def reach_of(kernel, width, fold, ceiling, power):
-    """Distance where ceiling * profile^power falls to 1: exp(fold - width^2 d^2), or (1 + width^2 d^2)^-power."""
-    ceiling = np.maximum(ceiling, 0.0)
-    if kernel is Gaussian:
-        return np.sqrt(np.maximum(0.0, fold + np.log(ceiling))) / width
-    return np.sqrt(np.maximum(0.0, ceiling ** (1.0 / power) - 1.0)) / width
-
-
-def _greatest_factor(cell, rows):
-    """No less than what a profile multiplies the field with: its powers of s lie in 0..1."""
-    if cell.primitive not in (ProfiledSegment, ProfiledArc):
-        return 1.0
-    own = rows[..., cells.OWN]
-    return np.maximum(own[..., 1] + np.maximum(own[..., 2:], 0.0).sum(axis=-1), 0.0)
 
 
 def with_reach(rows, kinds, total: int):
     """Rows (..., elements, WIDTH) with the column REACH added, for a world of `total` surface elements.
 
-    The reach is where an element's field cannot be more than 1 / total: no element gives more than measure * h(distance
-    to it), and a piece of a line or plane no more than the whole line or plane at that distance.
+    The reach is where an element's field cannot be more than 1 / total.
     """
-    reach = np.zeros(rows.shape[:-1])
-    for kind, cell in _chart(kinds).items():
-        own = rows[..., kinds == kind, :]
-        width, fold = own[..., cells.KERNEL], own[..., cells.FOLD]
-        measure, dimension = _MEASURES[cell.primitive]
-        strength = own[..., cells.STRENGTH] * _greatest_factor(cell, own) * (total * (1.0 + 1e-9))
-        bounds = [(measure(own), _POWER[0])]
-        if dimension:
-            bounds.append(((_LINE, _PLANE)[dimension - 1][cell.kernel](width), _POWER[dimension]))
-        with np.errstate(divide="ignore", invalid="ignore"):  # an element of no strength reaches nowhere
-            far = [np.nan_to_num(reach_of(cell.kernel, width, fold, strength * c, p), posinf=np.inf) for c, p in bounds]
-        reach[..., kinds == kind] = np.minimum.reduce(far)
-    return np.concatenate([rows, reach[..., None]], axis=-1)
+    _refuse_compact(kinds)
+    return np.concatenate([rows, reach(rows, kinds, 1.0 / max(total, 1))[..., None]], axis=-1)
 
 
-def _chart(kinds):
-    """The cells that occur, by kind; raises InputError for one that contact cannot bound."""
-    by_kind = {cell.kind: cell for cell in cells.CELLS.values()}
-    chart = {kind: by_kind[kind] for kind in np.unique(kinds).tolist()}
-    for cell in chart.values():
-        if cell.kernel not in _LINE or cell.primitive not in _MEASURES:
+def _refuse_compact(kinds):
+    """Raise InputError for kernels whose field is 0 where a sphere that touches the surface has its middle."""
+    for cell in cells.CELLS.values():
+        if cell.kernel in COMPACT and (kinds == cell.kind).any():
             raise InputError(
-                f"no contact is known for a surface of {cell.kernel.__name__} on {cell.primitive.__name__}; "
-                "give the particles contact=None, or the body another surface"
+                f"no contact is known for a surface of {cell.kernel.__name__}: its field ends too near to the surface; "
+                "give the particles contact=None, or the body a surface of another kernel such as fs.Gaussian"
             )
-    return chart
 
 
 def _of_primitives(kinds, *primitives):
@@ -142,9 +79,8 @@ class Surfaces:
         fixed = self.sources.fixed
         self._fixed_rows = with_reach(fixed.rows, fixed.kinds, len(self.sources))
         moving = self.sources.rows_at(np.array([time]))
-        # Both kernels' parameters are inverse widths.
-        parameters = np.concatenate([fixed.rows[:, cells.KERNEL], moving[0, :, cells.KERNEL]])
-        self.grain = 0.5 / parameters.max() if len(parameters) else math.inf
+        lengths = [scale(fixed.rows, fixed.kinds), scale(moving[0], self.sources.moving_kinds)]
+        self.grain = 0.5 * np.min(np.concatenate(lengths), initial=math.inf)
         self._still = None
         self._warned = False
 

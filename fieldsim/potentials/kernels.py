@@ -69,3 +69,7 @@ class Quartic(Kernel):
     """h(r) = (1 - u^2)^2 for u <= 1, then 0, with u = r / radius."""
 
     radius: float = 1.0
+
+
+# Kernels that end at their radius.
+COMPACT = (Metaball, SoftObject, Quartic)

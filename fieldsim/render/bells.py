@@ -25,7 +25,12 @@ GIVEN_UP = wp.constant(-2.0)  # instead of a distance: too many bells, or a star
 HIGHEST = 60.0  # logarithm of bells that float32 adds up without overflow
 SHORTEST = 0.1  # of segments, in kernel widths: the difference of their error functions has digits left
 
-_LEVEL = wp.constant(-math.log(bounds.CUT))
+CUT = 1e-5  # of F, that a bell may be short of
+FLOOR = wp.constant(1.0e-12)  # a field below counts as this, so that its logarithm exists
+MARGIN = wp.constant(0.15)  # of log F; bounds the cubics' error where they decide to skip
+SPLITS = wp.constant(6)
+
+_LEVEL = wp.constant(-math.log(CUT))
 _SATURATED = wp.constant(4.0)  # erfc(4) = 1.5e-8
 _PER_ROOT_PI = wp.constant(1.0 / math.sqrt(math.pi))
 _ENTER, _STEP, _ROOT = (wp.constant(k) for k in range(3))
@@ -42,6 +47,43 @@ class Bells:
     center: wp.array(dtype=wp.vec4)
     axis: wp.array(dtype=wp.vec4)
     height: wp.array(dtype=wp.vec4)
+
+
+@wp.func
+def _cubic(a: float, da: float, b: float, db: float, u: float):
+    """Value at u of the cubic on 0..1 with values a, b and slopes da, db at the ends."""
+    c2 = 3.0 * (b - a) - 2.0 * da - db
+    c3 = da + db - 2.0 * (b - a)
+    return a + u * (da + u * (c2 + u * c3))
+
+
+@wp.func
+def _cubic_peak(a: float, da: float, b: float, db: float):
+    """Where in 0..1 that cubic has its inner maximum; negative if it has none."""
+    # Slope da + 2 c2 u + 3 c3 u^2; of its two roots, the maximum's, in the form that does not cancel.
+    c2 = 3.0 * (b - a) - 2.0 * da - db
+    c3 = da + db - 2.0 * (b - a)
+    rest = c2 * c2 - 3.0 * c3 * da
+    if rest <= 0.0:
+        return -1.0
+    root = wp.sqrt(rest)
+    if c2 <= 0.0:
+        return da / (root - c2)
+    if c3 == 0.0:
+        return -1.0
+    return -(c2 + root) / (3.0 * c3)
+
+
+@wp.func
+def _suspect(a: float, da: float, b: float, db: float):
+    """Where in 0..1 that cubic, a, b < 0, has an inner maximum that may reach 0; 0 if it has none."""
+    # Its Bezier control values bound a cubic.
+    if wp.max(a + da / 3.0, b - db / 3.0) < -MARGIN:
+        return 0.0
+    u = _cubic_peak(a, da, b, db)
+    if u < 0.005 or u > 0.995 or _cubic(a, da, b, db, u) < -MARGIN:
+        return 0.0
+    return u
 
 
 @wp.func
@@ -191,7 +233,7 @@ def functions(segments):
                 f += f_j
                 slope += slope_j
                 step = wp.min(step, b[3])
-        f = wp.max(f, hermite.FLOOR)
+        f = wp.max(f, FLOOR)
         return wp.log(f), slope / f, step
 
     @wp.func
@@ -226,7 +268,7 @@ def functions(segments):
         if opaque < far:
             end = opaque
             begin = wp.min(begin, end)
-        elif peaks < 1.0 - bounds.CUT:
+        elif peaks < 1.0 - CUT:
             return 0.0, 0.0, 0
         begin = wp.max(begin, 0.0)
         end = wp.min(end, opaque)
@@ -287,8 +329,8 @@ def functions(segments):
                     break
                 g_e = -hermite.ON_SURFACE
             if mode == _STEP and g_e < 0.0:
-                u = hermite.suspect(g, s * (t_e - t), g_e, s_e * (t_e - t))
-                if u * (t_e - t) > 0.02 * length and tries < hermite.SPLITS:
+                u = _suspect(g, s * (t_e - t), g_e, s_e * (t_e - t))
+                if u * (t_e - t) > 0.02 * length and tries < SPLITS:
                     tries += 1
                     t_e = t + u * (t_e - t)
                     continue

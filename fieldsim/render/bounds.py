@@ -1,7 +1,12 @@
-"""How far each element reaches: cut radii, bounding capsules, and the scene in float32 as seen from the eye.
+"""How far each element reaches and how sharply it bends: bounding volumes, and the scene in float32 from the eye.
 
-Beyond its reach an element contributes less than `CUT` to a field whose surface is at 1. At the surface of an isolated
-Gaussian of blobbiness B the slope is 2B/R, so leaving that much out moves the surface by CUT R / (2|B|).
+Beyond its reach an element contributes less than the tolerance to a field whose surface is at 1. At the surface of an
+isolated Gaussian of blobbiness B the slope is 2B/R, so leaving that much out moves it by tolerance R / (2|B|).
+
+The *bend* K of an element is a number such that along any ray, where its field is below 1, the second derivative of
+log F (compact kernels: of 2 sqrt F) is at least -K. It is that of the kernel, however the kernel is spread: for
+F = integral of exp(phi), (log F)'' is the mean of phi'' plus a variance; for F = integral of v^2, (sqrt F)'' is at
+least integral(v v'') / sqrt(F), and so at least -max|v''| sqrt(measure). See `hermite` for its use.
 """
 
 import dataclasses
@@ -9,24 +14,52 @@ import math
 
 import numpy as np
 
-from fieldsim.errors import InputError
 from fieldsim.potentials import cells
-from fieldsim.potentials.kernels import Cauchy, Gaussian
+from fieldsim.potentials.kernels import (
+    COMPACT,
+    Cauchy,
+    Gaussian,
+    InverseSquare,
+    Metaball,
+    Newtonian,
+    Quartic,
+    SoftObject,
+)
+from fieldsim.potentials.reach import measure, profile_bend, reach, scale, within
 
-CUT = 1e-4
-
-POINT, SEGMENT, ARC = range(3)
-_SHAPES = {"Point": POINT, "Segment": SEGMENT, "Arc": ARC, "Circle": ARC}
+POINT, SEGMENT, ARC, TRIANGLE, PLANE = range(5)
+_SHAPES = {
+    "Point": POINT,
+    "Segment": SEGMENT,
+    "ProfiledSegment": SEGMENT,
+    "TaperedSegment": SEGMENT,
+    "Arc": ARC,
+    "ProfiledArc": ARC,
+    "Circle": ARC,
+    "Triangle": TRIANGLE,
+    "Plane": PLANE,
+}
+# Powers of length by which kernels fall without end; the others have widths.
+ORDER = {Newtonian: 1, InverseSquare: 2}
+# What stands for infinity, in units of the scene.
+FAR = 1e7
+# Greatest |(sqrt h)''| along any ray in units of 1 / radius^2.
+_ROOT_BENDS = {Quartic: 2.0, SoftObject: 22.0 / 9.0, Metaball: 5.52}
+# Where strengths have both signs nothing above is promised; elements then count as this much sharper.
+_SIGNED = 8.0
+# Among how many of N elements the cut is shared: Cauchy's tails are so long that many small ones add up.
+_SHARED = 100
 
 
 @dataclasses.dataclass(frozen=True)
 class Bounded:
     """Elements relative to the eye, in units of `unit`, with what bounds them. All float64; N elements.
 
-    rows (N, WIDTH); kinds (N,); shape (N,): POINT, SEGMENT or ARC; reach (N,): the distance from the primitive beyond
-    which the element is cut; core (N,): radius within which a point alone exceeds the level, 0 for other shapes and
-    where some strength is negative; width (N,): length over which its kernel changes; start, end (N, 3) and radius
-    (N,): a capsule around all of it.
+    rows (N, WIDTH); kinds (N,); shape (N,): POINT, SEGMENT, ARC, TRIANGLE or PLANE; reach (N,): the distance from the
+    primitive beyond which the element is cut; core (N,): radius within which a point alone exceeds the level, 0 for
+    other shapes and where some strength is negative; width (N,): length over which its field changes; bend (N,): see
+    above, of planes for a ray straight onto them, 0 for 1/r and 1/r^2, which bend as `order` (N,) / distance^2; start,
+    end (N, 3) and radius (N,): a capsule around all of it.
     """
 
     rows: np.ndarray
@@ -35,47 +68,76 @@ class Bounded:
     reach: np.ndarray
     core: np.ndarray
     width: np.ndarray
+    bend: np.ndarray
+    order: np.ndarray
     start: np.ndarray
     end: np.ndarray
     radius: np.ndarray
 
 
-def bound(elements: cells.Elements, eye: np.ndarray, unit: float) -> Bounded:
-    """Elements moved to the eye, scaled and bounded. Raises InputError for a cell that cannot be rendered."""
-    rows, kinds = elements.rows.copy(), elements.kinds
-    shape = np.zeros(len(rows), dtype=np.int32)
-    reach = np.zeros(len(rows))
-    core = np.zeros(len(rows))
-    width = np.zeros(len(rows))
+def bound(elements: cells.Elements, eye: np.ndarray, unit: float, tolerance: float = 1e-5) -> Bounded:
+    """Elements moved to the eye, scaled and bounded. tolerance: of the field, relative to its level."""
+    rows, kinds = _scaled(elements, eye, unit), elements.kinds
+    table = {cell.kind: cell for cell in cells.CELLS.values()}
+    parts = [(table[kind], kinds == kind) for kind in elements.kinds_used]
+    shape, order = np.zeros((2, len(rows)), dtype=np.int32)
+    bend, level = np.zeros(len(rows)), np.full(len(rows), tolerance)
+    for cell, where in parts:
+        shape[where] = _SHAPES[cell.primitive.__name__]
+        order[where] = ORDER.get(cell.kernel, 0)
+        bend[where] = _bend(cell, rows[where])
+        if cell.kernel is Cauchy:
+            level[where] /= min(where.sum(), _SHARED) ** 0.5
+    far = reach(rows, kinds, level)
+    signed = (rows[:, cells.STRENGTH] < 0.0).any()
+    core = np.where((shape == POINT) & (not signed), reach(rows, kinds, 1.0), 0.0)
+    if signed:
+        bend, order = _SIGNED * bend, int(_SIGNED) * order
+    start, end, extent = _capsules(rows, shape)
+    if order.all() and len(order):
+        far = np.minimum(far, _around(parts, rows, start, end, extent))
+    far = np.minimum(far, FAR)
+    radius = np.where(shape == PLANE, FAR, far + extent)
+    width = np.minimum(scale(rows, kinds), FAR)
+    return Bounded(rows, kinds, shape, far, core, width, bend, order, start, end, radius)
+
+
+def _scaled(elements, eye, unit):
+    """Rows as seen from the eye, all lengths in units of `unit`."""
+    rows = elements.rows.copy()
     rows[:, cells.POSITIONS] = (rows[:, cells.POSITIONS] - np.tile(eye, 3)) / unit
     rows[:, cells.SIZE] /= unit
-    by_kind = {cell.kind: cell for cell in cells.CELLS.values()}
-    for kind in elements.kinds_used:
-        cell, where = by_kind[kind], kinds == kind
-        name = cell.primitive.__name__
-        if name not in _SHAPES or cell.kernel not in _REACH:
-            raise InputError(f"surfaces of {cell.kernel.__name__} on {name} cannot be rendered")
-        shape[where] = _SHAPES[name]
-        part = rows[where]
-        dimension = 0 if shape[where][0] == POINT else 1
-        part[:, cells.KERNEL] *= unit
-        part[:, cells.STRENGTH] *= unit**dimension
-        rows[where] = part
-        reach[where] = _REACH[cell.kernel](part, shape[where][0], CUT / _SHARED[cell.kernel](len(part)))
-        if shape[where][0] == POINT:
-            core[where] = _REACH[cell.kernel](part, POINT, 1.0)
-        width[where] = 1.0 / part[:, cells.KERNEL]
-    if (rows[:, cells.STRENGTH] < 0.0).any():
-        core[:] = 0.0
-    start, end, radius = _capsules(rows, shape, reach)
-    return Bounded(rows, kinds, shape, reach, core, width, start, end, radius)
+    for cell in cells.CELLS.values():
+        where = elements.kinds == cell.kind
+        if where.any():
+            name = cell.primitive.__name__
+            dimension = {POINT: 0, TRIANGLE: 2, PLANE: 2}.get(_SHAPES[name], 1)
+            inverse_width = cell.kernel in (Gaussian, Cauchy)
+            rows[where, cells.KERNEL] *= unit if inverse_width else 1.0 / unit
+            rows[where, cells.STRENGTH] *= unit ** (dimension - ORDER.get(cell.kernel, 0))
+            if name == "Triangle":
+                rows[where, cells.ANGLE] /= unit**2  # its area
+    return rows
+
+
+def _bend(cell, rows):
+    """The bend of elements of one cell, (N,)."""
+    width = rows[:, cells.KERNEL]
+    if cell.kernel in COMPACT:
+        # 2 sqrt(F), of the part within reach.
+        amplitude = np.sqrt(np.abs(rows[:, cells.STRENGTH]) * within(cell, rows))
+        bend = 2.0 * _ROOT_BENDS[cell.kernel] * amplitude / width**2
+    else:
+        bend = {Gaussian: 2.0, Cauchy: 4.0}.get(cell.kernel, 0.0) * width**2
+    return bend + profile_bend(cell, rows)
 
 
 def unit_of(elements: cells.Elements, radii: np.ndarray) -> float:
     """A power of two near the scene's smallest kernel width or sphere, so that scaling changes no digit."""
-    smallest = [1.0 / np.max(elements.rows[:, cells.KERNEL])] if len(elements) else []
+    smallest = [np.min(scale(elements.rows, elements.kinds))] if len(elements) else []
     smallest += [np.min(radii)] if len(radii) else []
-    return 2.0 ** round(math.log2(min(smallest, default=1.0)))
+    smallest = min(smallest, default=1.0)
+    return 2.0 ** round(math.log2(smallest)) if smallest < math.inf else 1.0
 
 
 def reaches_level(bounded: Bounded) -> bool:
@@ -86,7 +148,7 @@ def reaches_level(bounded: Bounded) -> bool:
         try:
             if total(*map(float, point), bounded.rows, bounded.kinds, 0, len(bounded.kinds))[0] >= 1.0:
                 return True
-        except OverflowError:
+        except (OverflowError, ZeroDivisionError):
             return True
     return False
 
@@ -95,53 +157,46 @@ def _middle(row, shape):
     """The middle of a primitive."""
     if shape == SEGMENT:
         return 0.5 * (row[5:8] + row[8:11])
+    if shape == TRIANGLE:
+        return row[cells.POSITIONS].reshape(3, 3).mean(axis=0)
     if shape == ARC:
         half = 0.5 * row[cells.ANGLE]
         turned = math.cos(half) * row[14:17] + math.sin(half) * np.cross(row[17:20], row[14:17])
-        return row[_ARC_CENTER] + row[cells.SIZE] * turned
+        return row[5:8] + row[cells.SIZE] * turned
     return row[5:8]
 
 
-def _measures(rows, shape):
-    """Measure of each primitive, or 1 for a point."""
-    if shape == POINT:
-        return np.ones(len(rows))
-    return rows[:, cells.SIZE] * (rows[:, cells.ANGLE] if shape == ARC else 1.0)
+def _around(parts, rows, start, end, extent):
+    """Reaches (N,) that hold all of the surface where every field falls as 1/r or 1/r^2, and so is nowhere small.
+
+    Beyond a ball around all of the skeleton, at the distance r from it, F is at most M1 / r + M2 / r^2.
+    """
+    center = 0.5 * (start + end).mean(axis=0)
+    span = [np.linalg.norm(point - center, axis=1) + extent for point in (start, end)]
+    sums = {1: 0.0, 2: 0.0}
+    for cell, where in parts:
+        part = rows[where]
+        mass = np.maximum(part[:, cells.STRENGTH], 0.0) * measure(cell.primitive, part)
+        sums[ORDER[cell.kernel]] += np.sum(mass)
+    ball = np.max(span) + 0.5 * (sums[1] + math.sqrt(sums[1] ** 2 + 4.0 * sums[2]))
+    return ball * (1.0 + 1e-6) + span[0]
 
 
-def _gaussian_reach(rows, shape, cut):
-    """Distance where measure * h, or for segments the infinite line's field if that is less, falls to `cut`."""
-    a = rows[:, cells.KERNEL]
-    extent = _measures(rows, shape)
-    if shape == SEGMENT:
-        extent = np.minimum(extent, math.sqrt(math.pi) / a)
-    height = rows[:, cells.FOLD] + np.log(np.maximum(np.abs(rows[:, cells.STRENGTH]) * extent, 1e-300) / cut)
-    return np.sqrt(np.maximum(height, 0.0)) / a
-
-
-def _cauchy_reach(rows, shape, cut):
-    """As for the Gaussian."""
-    s, strength = rows[:, cells.KERNEL], np.abs(rows[:, cells.STRENGTH])
-    q = np.sqrt(strength * _measures(rows, shape) / cut)
-    if shape == SEGMENT:
-        q = np.minimum(q, (strength * math.pi / (2.0 * s) / cut) ** (2.0 / 3.0))
-    return np.sqrt(np.maximum(q - 1.0, 0.0)) / s
-
-
-_REACH = {Gaussian: _gaussian_reach, Cauchy: _cauchy_reach}
-# Among how many of N elements the cut is shared: the Cauchy's tails are so long that many small ones add up.
-_SHARED = {Gaussian: lambda number: 1.0, Cauchy: lambda number: min(number, 100) ** 0.5}
-
-
-def _capsules(rows, shape, reach):
-    """Capsules (start, end, radius) around the volumes; an arc's is a sphere."""
+def _capsules(rows, shape):
+    """(start, end, extent): lines (N, 3) and distances from them that hold the primitives; a plane's nearest point."""
     start = rows[:, 5:8].copy()
     end = start.copy()
+    extent = np.where(shape == ARC, rows[:, cells.SIZE], 0.0)
     segments = shape == SEGMENT
     end[segments] = rows[segments, 8:11]
-    arcs = shape == ARC
-    start[arcs] = end[arcs] = rows[arcs][:, _ARC_CENTER]
-    return start, end, reach + np.where(arcs, rows[:, cells.SIZE], 0.0)
-
-
-_ARC_CENTER = slice(5, 8)
+    planes = shape == PLANE
+    normal = rows[planes, 17:20]
+    start[planes] = end[planes] = np.sum(normal * start[planes], axis=1)[:, None] * normal
+    flat = np.flatnonzero(shape == TRIANGLE)
+    corners = rows[flat, cells.POSITIONS].reshape(-1, 3, 3)
+    sides = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
+    longest = np.argmax(sides, axis=1)
+    each = np.arange(len(flat))
+    start[flat], end[flat] = corners[each, longest], corners[each, (longest + 1) % 3]
+    extent[flat] = 2.0 * rows[flat, cells.ANGLE] / sides[each, longest]
+    return start, end, extent

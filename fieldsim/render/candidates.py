@@ -20,9 +20,9 @@ TILE = 8  # pixels
 class View:
     """A camera at the origin. Directions: pixel (x, y) is seen along corner + x across + y down."""
 
-    corner: wp.vec3
-    across: wp.vec3
-    down: wp.vec3
+    corner: wp.vec3d
+    across: wp.vec3d
+    down: wp.vec3d
     right: wp.vec3
     up: wp.vec3
     forward: wp.vec3
@@ -42,9 +42,15 @@ class Candidates:
 
 
 @wp.func
+def exact_direction(view: View, x: float, y: float):
+    """Unit direction through the point (x, y) of the picture, in pixels, in float64."""
+    return wp.normalize(view.corner + wp.float64(x) * view.across + wp.float64(y) * view.down)
+
+
+@wp.func
 def direction(view: View, x: float, y: float):
     """Unit direction through the point (x, y) of the picture, in pixels."""
-    return wp.normalize(view.corner + x * view.across + y * view.down)
+    return wp.vec3(exact_direction(view, x, y))
 
 
 @wp.func

@@ -1,13 +1,20 @@
-"""First hit of a ray with the surface F = 1: cubic Hermite pieces of log F, certified by the true field.
+"""First hit of a ray with the surface F = 1: steps that cannot miss, and cubic Hermite pieces for the root.
 
-Along a ray, g = log F is sampled with its slope at nodes no further apart than the narrowest kernel that the ray is in,
-and joined by cubics. (The logarithm of one Gaussian is a parabola, which a cubic follows exactly, whatever the
-amplitude; F itself would need many more nodes.) A cubic whose Bezier control values stay below 0 by a margin is
-skipped. A maximum near 0 becomes a node, so that grazing humps are seen by the true field. The first node above 0
-closes a bracket, in which roots of ever shorter cubics converge on the true root. There is one place where the field is
-evaluated; what follows depends on the mode.
+Along a ray g is 2 (sqrt F - 1) outside and log F inside: both are 0 at the surface with slope 1 in F, the root keeps
+kernels smooth that end, and the logarithm is bounded where F is not. Elements of positive strength promise g'' >= -K
+where F < 1 (see `bounds`), so that g + K t^2 / 2 is convex and lies below its chords. After a node with g < 0 a *leap*
+of h = sqrt(-2 g / K) therefore ends in one of two ways. Either the field there is below 1 as well, and so it was all
+the way; or it is above, and the root between them is the first one, because a chord up to it lies below 0. Far from a
+surface leaps are long, and on the way past one they shorten no faster than its distance: nothing depends on the number
+of samples. (1/r and 1/r^2 bend without bound next to their skeleton; as K = order / D^2 at the distance D, the leap is
+h = D s / (1 + s) with s = sqrt(-2 g / order).) A ray that leads away from the surface tries a longer leap and keeps it
+if the chord of its ends still tells.
 
-Sherstyuk 1999, chapter 4; Nishimura et al. 1985.
+In the bracket, roots of ever shorter cubics converge on the true one. There is one place where the field is evaluated;
+what follows depends on the mode. What lies beyond an element's reach, and humps that rise by less than the tolerance
+above the level, are left out. Inside, looking for the way out, K is no promise but `INWARD` times as much.
+
+Sherstyuk 1999, chapter 4; Nishimura et al. 1985. Sphere tracing (Hart 1996) leaps by a bound of the slope.
 """
 
 # ruff: noqa: UP018, RUF046 - float(0.0) and int(0) make variables that Warp lets a loop change
@@ -17,19 +24,24 @@ import functools
 import warp as wp
 
 from fieldsim.potentials import cells
+from fieldsim.potentials.distances import DISTANCES
+from fieldsim.render import bounds
 
-FLOOR = wp.constant(1.0e-12)  # a field below counts as this, so that its logarithm exists
 CEILING = wp.constant(1.0e30)  # a field above counts as this, with slope 0: Blinn's exp(256) is beyond float32
-STEP = wp.constant(1.0)  # nodes per kernel width
-MARGIN = wp.constant(0.15)  # of g; bounds the cubics' error where they decide to skip
+NOTHING = wp.constant(1.0e-30)  # a field below counts as 0
 CLOSE = wp.constant(1.0e-3)  # of g; from here one Newton step leaves an error far below float32's
 ON_SURFACE = wp.constant(1.0e-4)  # of g
+EMPTY = wp.constant(-1.9)  # g is below where elements end
+INWARD = wp.constant(8.0)
+STRETCH = wp.constant(1.8)  # of a leap that leads away, up to 2
+PATIENCE = wp.constant(200)  # leaps of a ray, after which it takes the longer ones of GRAZING
+GRAZING = wp.constant(1.0e-3)  # of g
 NO_HIT = wp.constant(-1.0)
 FOREVER = wp.constant(1.0e30)
 
-# What the evaluation is for: the first node after a gap, the next node or a suspected maximum, a root.
-_ENTER, _NEXT, _STEP, _ROOT = (wp.constant(k) for k in range(4))
-SPLITS = wp.constant(6)
+# What comes next: a first look at the field, a leap; what the evaluation is for: the leap's end, a root.
+_LOOK, _LEAP, _LAND, _ROOT = (wp.constant(k) for k in range(4))
+_PLANE = wp.constant(bounds.PLANE)
 TRIES = wp.constant(12)
 
 
@@ -37,6 +49,7 @@ TRIES = wp.constant(12)
 class Scene:
     """Elements relative to the eye; see `bounds.Bounded`.
 
+    exact: the rows in float64; tolerance: of the field, relative to its level.
     materials (M, 15): linear rgb, ambient, diffuse, specular, shininess, unused, and a texture's row (`Texture.row`).
     turns, shifts (M,): x -> turn x + shift takes a point to the frame of the material's body, in the world's units.
     work: for counted sweeps, of one ray: evaluations of the field so far, and of single elements.
@@ -48,48 +61,15 @@ class Scene:
     reach: wp.array(dtype=float)
     core: wp.array(dtype=float)
     width: wp.array(dtype=float)
+    bend: wp.array(dtype=float)
+    order: wp.array(dtype=int)
     owner: wp.array(dtype=int)
     materials: wp.array2d(dtype=float)
+    exact: wp.array2d(dtype=wp.float64)
+    tolerance: float
     turns: wp.array(dtype=wp.mat33)
     shifts: wp.array(dtype=wp.vec3)
     work: wp.array(dtype=int)
-
-
-@wp.func
-def cubic(a: float, da: float, b: float, db: float, u: float):
-    """Value at u of the cubic on 0..1 with values a, b and slopes da, db at the ends."""
-    c2 = 3.0 * (b - a) - 2.0 * da - db
-    c3 = da + db - 2.0 * (b - a)
-    return a + u * (da + u * (c2 + u * c3))
-
-
-@wp.func
-def cubic_peak(a: float, da: float, b: float, db: float):
-    """Where in 0..1 that cubic has its inner maximum; negative if it has none."""
-    # Slope da + 2 c2 u + 3 c3 u^2; of its two roots, the maximum's, in the form that does not cancel.
-    c2 = 3.0 * (b - a) - 2.0 * da - db
-    c3 = da + db - 2.0 * (b - a)
-    rest = c2 * c2 - 3.0 * c3 * da
-    if rest <= 0.0:
-        return -1.0
-    root = wp.sqrt(rest)
-    if c2 <= 0.0:
-        return da / (root - c2)
-    if c3 == 0.0:
-        return -1.0
-    return -(c2 + root) / (3.0 * c3)
-
-
-@wp.func
-def suspect(a: float, da: float, b: float, db: float):
-    """Where in 0..1 that cubic, a, b < 0, has an inner maximum that may reach 0; 0 if it has none."""
-    # Its Bezier control values bound a cubic.
-    if wp.max(a + da / 3.0, b - db / 3.0) < -MARGIN:
-        return 0.0
-    u = cubic_peak(a, da, b, db)
-    if u < 0.005 or u > 0.995 or cubic(a, da, b, db, u) < -MARGIN:
-        return 0.0
-    return u
 
 
 @wp.func
@@ -151,37 +131,68 @@ def keep_after(ids: wp.array(dtype=int), t0s: wp.array(dtype=float), t1s: wp.arr
 
 
 @wp.func
-def _next_node(
-    t: float,
-    entered: int,
-    count: int,
-    ids: wp.array(dtype=int),
-    t0s: wp.array(dtype=float),
-    t1s: wp.array(dtype=float),
-    width: wp.array(dtype=float),
-):
-    """(next node, head): elements before `head` have been entered by then. No element active: the next node is t."""
-    head = int(entered)
-    while head < count and t0s[wp.min(head, count - 1)] <= t:
-        head += 1
-    step = float(FOREVER)
-    leave = float(t)
-    for k in range(head):
-        if t1s[k] > t:
-            step = wp.min(step, STEP * width[ids[k]])
-            leave = wp.max(leave, t1s[k])
-    if leave <= t:
-        return t, head
-    node = t + step
-    # Elements that come in before the node take part in it, unless they are narrow: then it moves to their entry.
-    while head < count and t0s[wp.min(head, count - 1)] < node:
-        node = wp.min(node, wp.max(t0s[head], t + STEP * width[ids[head]]))
-        if t0s[head] >= node:
-            break
-        leave = wp.max(leave, t1s[head])
-        head += 1
-    # Far away float32 may not resolve a width.
-    return wp.max(wp.min(node, leave), t + 1.0e-6 * wp.abs(t)), head
+def height(f: float):
+    """(g, dg/dF) of the field; see above."""
+    if f >= 1.0:
+        f = wp.min(f, CEILING)
+        return wp.log(f), 1.0 / f
+    if f <= NOTHING:
+        return -2.0, 0.0
+    root = wp.sqrt(f)
+    return 2.0 * (root - 1.0), 1.0 / root
+
+
+@wp.func
+def _summit(g0: float, g1: float, drop: float):
+    """The greatest value of the chord from g0 to g1 plus a parabola with drop / 4 in its middle."""
+    rise = g1 - g0
+    if wp.abs(rise) >= drop:
+        return wp.max(g0, g1)
+    return 0.5 * (g0 + g1) + 0.25 * drop + 0.25 * rise * rise / drop
+
+
+def _falls_without_end(kinds_used):
+    return any(cell.kernel in bounds.ORDER for cell in cells.CELLS.values() if cell.kind in kinds_used)
+
+
+@functools.cache
+def _nearness(kinds_used):
+    """Warp function (scene, point, i) -> order / D^2 of an element that falls as 1/r or 1/r^2, else 0."""
+    if not _falls_without_end(kinds_used):
+
+        @wp.func
+        def nothing(scene: Scene, p: wp.vec3, i: int):
+            return 0.0
+
+        return nothing
+    table = {cell.kind: DISTANCES[cell.primitive] for cell in cells.CELLS.values() if cell.kind in kinds_used}
+    distance = cells.by_kind(table).warp(wp.float32)
+
+    @wp.func
+    def nearness(scene: Scene, p: wp.vec3, i: int):
+        if scene.order[i] == 0:
+            return 0.0
+        near = distance(p[0], p[1], p[2], scene.rows, scene.kinds, i)
+        softening = scene.rows[i, 1]
+        return float(scene.order[i]) / wp.max(near * near + softening * softening, NOTHING)
+
+    return nearness
+
+
+@wp.func
+def _bend(scene: Scene, i: int, d: wp.vec3):
+    """The bend of an element along a ray."""
+    if scene.shape[i] == _PLANE:
+        across = d[0] * scene.rows[i, 17] + d[1] * scene.rows[i, 18] + d[2] * scene.rows[i, 19]
+        return across * across * scene.bend[i]
+    return scene.bend[i]
+
+
+@wp.func
+def _leap(g: float, bend: float, nearness: float, stretch: float):
+    """How far a node with g < 0 looks."""
+    s = wp.sqrt(2.0 * wp.min(-g, 2.0))
+    return wp.min(stretch * s / wp.sqrt(wp.max(bend, NOTHING)), s / (wp.sqrt(wp.max(nearness, NOTHING)) * (1.0 + s)))
 
 
 @wp.func
@@ -203,6 +214,8 @@ def first_hit(kinds_used, counted=False):
     """
     count_work = _counted if counted else _uncounted
     element = cells.element_field(kinds_used).warp(wp.float32)
+    nearness_of = _nearness(kinds_used)
+    endless = wp.constant(int(_falls_without_end(kinds_used)))
 
     @wp.func
     def total(
@@ -215,22 +228,60 @@ def first_hit(kinds_used, counted=False):
         ids: wp.array(dtype=int),
         t1s: wp.array(dtype=float),
     ):
-        """Log F and its slope at t, of the elements before `head` that have not ended at `since`."""
+        """(g, its slope, nearness) at t, of the elements before `head` that have not ended at `since`."""
         p = o + t * d
         f = float(0.0)
         slope = float(0.0)
         active = int(0)
+        nearness = float(0.0)
         for k in range(head):
             if t1s[k] > since:
                 active += 1
                 f_i, x, y, z = element(p[0], p[1], p[2], scene.rows, scene.kinds, ids[k])
                 f += f_i
                 slope += x * d[0] + y * d[1] + z * d[2]
+                nearness = wp.max(nearness, nearness_of(scene, p, ids[k]))
         count_work(scene, active)
         if not (f < CEILING):
-            return wp.log(CEILING), 0.0
-        f = wp.max(f, FLOOR)
-        return wp.log(f), slope / f
+            return wp.log(CEILING), 0.0, nearness
+        g, rise = height(f)
+        return g, slope * rise, nearness
+
+    @wp.func
+    def plan(
+        scene: Scene,
+        d: wp.vec3,
+        t: float,
+        g: float,
+        nearness: float,
+        stretch: float,
+        entered: int,
+        count: int,
+        ids: wp.array(dtype=int),
+        t0s: wp.array(dtype=float),
+        t1s: wp.array(dtype=float),
+    ):
+        """(end of the leap from t, bend on the way, elements entered by then, where all of those have ended)."""
+        head = int(entered)
+        bend = float(0.0)
+        leave = float(t)
+        for k in range(head):
+            if t1s[k] > t:
+                bend = wp.max(bend, _bend(scene, ids[k], d))
+                leave = wp.max(leave, t1s[k])
+        node = t + _leap(g, bend, nearness, stretch)
+        # Elements that come in on the way may be sharper; then the leap is theirs, but it reaches to their entry.
+        while head < count and t0s[wp.min(head, count - 1)] < node:
+            sharper = wp.max(bend, _bend(scene, ids[head], d))
+            if sharper > bend:
+                node = wp.min(node, wp.max(t0s[head], t + _leap(g, sharper, nearness, stretch)))
+                if t0s[head] >= node:
+                    break
+                bend = sharper
+            leave = wp.max(leave, t1s[head])
+            head += 1
+        # Far away float32 may not resolve a leap.
+        return wp.max(node, t + 1.0e-6 * wp.abs(t)), bend, head, leave
 
     @wp.func
     def sweep(
@@ -251,9 +302,14 @@ def first_hit(kinds_used, counted=False):
         """
         hit = float(NO_HIT)
         side = float(known_side)
+        sharpness = float(1.0)
         t = float(begin)
         t_e = float(begin)
         node = float(begin)
+        leave = float(begin)
+        bend = float(0.0)
+        near = float(0.0)
+        stretch = float(1.0)
         g = float(0.0)
         s = float(0.0)
         right = float(0.0)
@@ -261,57 +317,79 @@ def first_hit(kinds_used, counted=False):
         s_right = float(0.0)
         head = int(0)
         tries = int(0)
-        mode = int(_ENTER)
+        leaps = int(0)
+        mode = int(_LOOK)
         while True:
-            if mode == _ENTER or mode == _NEXT:
-                node, head = _next_node(t, head, count, ids, t0s, t1s, scene.width)
-                if node == t:
-                    # A gap: on to the next entry.
+            if mode == _LOOK:
+                leave = t
+                while head < count and t0s[wp.min(head, count - 1)] <= t:
+                    head += 1
+                for k in range(head):
+                    leave = wp.max(leave, t1s[k])
+                if leave <= t:
+                    # A gap: on to the next entry, from where the leap needs no look.
                     if head >= count or t0s[wp.min(head, count - 1)] >= end:
                         break
                     t = t0s[head]
-                    mode = _ENTER
+                    side = wp.where(side == 0.0, -1.0, side)
+                    if endless == 0:
+                        head += 1
+                        g = EMPTY
+                        s = 0.0
+                        stretch = 1.0
+                        mode = _LEAP
+                    continue
+                t_e = t
+            if mode == _LEAP:
+                sharpness = wp.where(side > 0.0, INWARD, 1.0)
+                least = wp.where(leaps < PATIENCE, scene.tolerance, GRAZING)
+                leaps += 1
+                look = wp.min(g, -least) / sharpness
+                node, bend, head, leave = plan(scene, d, t, look, near, stretch, head, count, ids, t0s, t1s)
+                if node >= leave and leave < end and side < 0.0:
+                    # A leap to where nothing is left is over without a look.
+                    t = leave
+                    mode = _LOOK
                     continue
                 node = wp.min(node, end)
-                tries = 0
                 t_e = node
-                if mode == _ENTER:
-                    t_e = t
-                else:
-                    mode = _STEP
-            g_e, s_e = total(scene, o, d, t_e, t, head, ids, t1s)
+                mode = _LAND
+            g_e, s_e, near_e = total(scene, o, d, t_e, t, head, ids, t1s)
             if side == 0.0:
                 side = wp.where(g_e < 0.0, -1.0, 1.0)
             g_e *= -side
             s_e *= -side
-            if mode == _ENTER:
+            if mode == _LOOK:
                 # A ray that starts on the surface starts on its own side of it.
                 g = wp.min(g_e, -ON_SURFACE)
                 s = s_e
-                t_e = node
-                mode = _STEP
+                near = near_e
+                mode = _LEAP
                 continue
-            if mode == _STEP:
+            if mode == _LAND:
+                if stretch > 1.0:
+                    h = node - t
+                    close = 1.0 - h * wp.sqrt(near)
+                    sharp = sharpness * wp.max(bend, near / (close * close))
+                    if g_e >= 0.0 or _summit(g, g_e, 0.5 * sharp * h * h) >= 0.0:
+                        stretch = 1.0
+                        mode = _LEAP
+                        continue
                 right = t_e
                 g_right = g_e
                 s_right = s_e
-                if g_e >= 0.0:
-                    mode = _ROOT
-                    tries = 0
-                else:
-                    u = suspect(g, s * (right - t), g_right, s_right * (right - t))
-                    # Splits too short to matter would never get on.
-                    if u * (right - t) > 0.02 * (node - t) and tries < SPLITS:
-                        tries += 1
-                        t_e = t + u * (right - t)
-                        continue
+                if g_e < 0.0:
                     t = right
                     g = g_right
                     s = s_right
+                    near = near_e
+                    stretch = wp.where(s <= 0.0, STRETCH, 1.0)
                     if t >= end:
                         break
-                    mode = _NEXT
+                    mode = _LEAP
                     continue
+                mode = _ROOT
+                tries = 0
             else:
                 tries += 1
                 if wp.abs(g_e) < CLOSE or tries == TRIES:

@@ -9,6 +9,7 @@ import warnings
 import numpy as np
 import warp as wp
 
+from fieldsim import validate
 from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.launch import device_named, launch
 from fieldsim.render import bells, bounds, layers, shadows
@@ -40,7 +41,8 @@ class Renderer:
 
     size: (width, height) in pixels. quality: "draft" (edges get 4 samples a pixel) or "final" (up to 16).
     device: "cpu", "cuda", ... shadows, samples: switch shadows off, and set the greatest number of samples a pixel: 1,
-    4 or 16. rays: traced so far. A camera inside a body sees its surface from within.
+    4 or 16. tolerance: of the field, relative to its level: what of distant elements may be left out, and how far a
+    hump that only grazes a ray may rise unseen. rays: traced so far. A camera inside a body sees the surface from within.
     mode: how bodies are drawn: "soft", as their surfaces; "hard", each primitive by itself as what lies within the
     material's radius: balls, capsules, arc tubes, slabs; "skeleton", as thin lines.
     solver: how primary rays find surfaces, see `solvers`.
@@ -56,6 +58,7 @@ class Renderer:
         *,
         shadows=True,
         samples=None,
+        tolerance=1e-5,
         mode="soft",
         solver="hermite",
     ):
@@ -71,6 +74,7 @@ class Renderer:
         self.device = device_named(device)
         self.shadows = shadows
         self.solver = solver_named(solver)
+        self.tolerance = validate.number("Renderer", "tolerance", tolerance, above=0.0)
         self.rays = 0
         self._hits = {}
         self._warned = False
@@ -255,8 +259,8 @@ class Stage:
         self.count = len(surface.elements)
         self.kinds = surface.elements.kinds_used
         self.unit = bounds.unit_of(surface.elements, radii if len(radii) else solids.lengths)
-        self.bounded = bounded = bounds.bound(surface.elements, eye, self.unit)
-        self.scene = _scene(bounded, surface, eye, self.unit, device)
+        self.bounded = bounded = bounds.bound(surface.elements, eye, self.unit, renderer.tolerance)
+        self.scene = _scene(bounded, surface, eye, self.unit, renderer.tolerance, device)
         self.bells = bells.kind_of(bounded)
         self.table = bells.bells_of(bounded, device) if self.bells else None
         shapes = capsules(bounded.start, bounded.end, bounded.radius, device)
@@ -306,7 +310,7 @@ _HIT_FIELDS = {
 }
 
 
-def _scene(bounded, surface, eye, unit, device) -> Scene:
+def _scene(bounded, surface, eye, unit, tolerance, device) -> Scene:
     scene = Scene()
     scene.rows = wp.array(bounded.rows, dtype=float, ndim=2, device=device)
     scene.kinds = wp.array(bounded.kinds, dtype=int, device=device)
@@ -314,6 +318,10 @@ def _scene(bounded, surface, eye, unit, device) -> Scene:
     scene.reach = wp.array(bounded.reach, dtype=float, device=device)
     scene.core = wp.array(bounded.core, dtype=float, device=device)
     scene.width = wp.array(bounded.width, dtype=float, device=device)
+    scene.bend = wp.array(bounded.bend, dtype=float, device=device)
+    scene.order = wp.array(bounded.order, dtype=int, device=device)
+    scene.exact = wp.array(bounded.rows, dtype=wp.float64, ndim=2, device=device)
+    scene.tolerance = tolerance
     scene.owner = wp.array(surface.owner, dtype=int, device=device)
     table = [(*m.rgb, m.ambient, m.diffuse, m.specular, m.shininess, 0.0, *m.texture_row) for m in surface.materials]
     scene.materials = wp.array(np.array(table).reshape(-1, 15), dtype=float, ndim=2, device=device)
@@ -330,8 +338,8 @@ def _view(camera, size) -> View:
     right, up, forward = camera.axes()
     pixel = 2.0 * math.tan(math.radians(camera.fov) / 2.0) / height
     view = View()
-    view.across, view.down = wp.vec3(*(pixel * right)), wp.vec3(*(-pixel * up))
-    view.corner = wp.vec3(*(forward - 0.5 * width * pixel * right + 0.5 * height * pixel * up))
+    view.across, view.down = wp.vec3d(*(pixel * right)), wp.vec3d(*(-pixel * up))
+    view.corner = wp.vec3d(*(forward - 0.5 * width * pixel * right + 0.5 * height * pixel * up))
     view.right, view.up, view.forward = wp.vec3(*right), wp.vec3(*up), wp.vec3(*forward)
     view.width, view.height, view.tiles, view.pixel = width, height, -(-width // TILE), pixel
     return view

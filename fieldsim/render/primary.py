@@ -8,12 +8,15 @@ import warp as wp
 
 from fieldsim.potentials import cells
 from fieldsim.render import bells, hermite
-from fieldsim.render.candidates import TILE, Candidates, View, direction
+from fieldsim.render.candidates import TILE, Candidates, View, direction, exact_direction
 from fieldsim.render.shading import BALLS, Balls, Hits
 from fieldsim.render.textures import color_at
 from fieldsim.render.volumes import pierce, pierce_sphere
 
 _ROOM = wp.constant(32)  # intervals of a ray in local memory
+_POLISH = wp.constant(3)  # steps at most of Newton's method in float64
+_SMALL = wp.constant(wp.float64(1e-2))  # a step after which none is needed, in units of the longest
+_GRAZING = wp.constant(wp.float64(0.01))  # sine of the angle at which a ray grazes
 OVERFLOW = wp.constant(-2)  # a `thing`: the intervals that overlap did not fit
 
 
@@ -63,7 +66,7 @@ def recorder(kinds_used, layered=False, polish=0.01):
 
     layered: adds to `Hits.weights`; polish: how far a last Newton step may move a hit, in widths of its kernel.
     """
-    element = cells.element_field(kinds_used).warp(wp.float32)
+    element = cells.element_field(kinds_used).warp(wp.float64)
     weigh = _weighed if layered else _unweighed
 
     @wp.func
@@ -71,53 +74,66 @@ def recorder(kinds_used, layered=False, polish=0.01):
         i: int,
         found: float,
         side: float,
-        d: wp.vec3,
+        d: wp.vec3d,
         scene: hermite.Scene,
         hits: Hits,
         ids: wp.array(dtype=int),
         t1s: wp.array(dtype=float),
         count: int,
     ):
-        """Write normal and material at a hit on the surface: gradients summed, materials mixed by weight."""
-        t = float(found)
-        p = t * d
-        f = float(0.0)
-        slope = wp.vec3(0.0, 0.0, 0.0)
-        color = wp.vec3(0.0, 0.0, 0.0)
-        light = wp.vec4(0.0, 0.0, 0.0, 0.0)
-        most = float(-1.0)
+        """Write depth, normal and material at a hit on the surface: gradients summed, materials mixed by weight.
+
+        The last steps to the root are Newton's, in float64.
+        """
+        t = wp.float64(found)
+        slope = wp.vec3d()
         width = float(0.0)
-        for k in range(count):
-            if t1s[k] < t:
-                continue
-            j = ids[k]
-            f_j, x, y, z = element(p[0], p[1], p[2], scene.rows, scene.kinds, j)
-            m = scene.owner[j]
-            weigh(hits, i, m, f_j)
-            f += f_j
-            slope += wp.vec3(x, y, z)
-            color += f_j * color_at(scene, m, p)
-            light += f_j * wp.vec4(
-                scene.materials[m, 3], scene.materials[m, 4], scene.materials[m, 5], scene.materials[m, 6]
-            )
-            if f_j > most:
-                most = f_j
-                hits.thing[i] = m
-                width = scene.width[j]
-        # One more Newton step for free; where the ray grazes, it is no use.
-        along = wp.dot(slope, d) * side
-        if along < -0.1 * wp.length(slope):
-            t += wp.clamp(side * (1.0 - f) / along, -polish * width, polish * width)
-        hits.depth[i] = t
-        hits.normal[i] = side * wp.normalize(slope)
-        hits.color[i] = color / f
-        hits.light[i] = light / f
+        for step in range(_POLISH):
+            f = wp.float64(0.0)
+            slope = wp.vec3d()
+            color = wp.vec3(0.0, 0.0, 0.0)
+            light = wp.vec4(0.0, 0.0, 0.0, 0.0)
+            most = wp.float64(-1.0)
+            p = t * d
+            here = wp.vec3(p)
+            for k in range(count):
+                if t1s[k] >= found:
+                    j = ids[k]
+                    f_j, x, y, z = element(p[0], p[1], p[2], scene.exact, scene.kinds, j)
+                    m = scene.owner[j]
+                    f += f_j
+                    slope += wp.vec3d(x, y, z)
+                    share = float(f_j)
+                    if step == 0:
+                        weigh(hits, i, m, share)
+                    color += share * color_at(scene, m, here)
+                    light += share * wp.vec4(
+                        scene.materials[m, 3], scene.materials[m, 4], scene.materials[m, 5], scene.materials[m, 6]
+                    )
+                    if f_j > most:
+                        most = f_j
+                        hits.thing[i] = m
+                        width = scene.width[j]
+            hits.color[i] = color / float(f)
+            hits.light[i] = light / float(f)
+            # Where the ray only grazes, a step is no use.
+            along = wp.dot(slope, d) * wp.float64(side)
+            if along > -_GRAZING * wp.length(slope):
+                break
+            limit = wp.float64(polish * width)
+            move = wp.clamp(wp.float64(side) * (wp.float64(1.0) - f) / along, -limit, limit)
+            t += move
+            if wp.abs(move) <= _SMALL * limit:
+                break
+        hits.depth[i] = float(t)
+        hits.normal[i] = side * wp.vec3(wp.normalize(slope))
         hits.lift[i] = 2.0e-3 * width
 
     @wp.func
     def record(
         i: int,
         d: wp.vec3,
+        exact: wp.vec3d,
         hit: float,
         side: float,
         far: float,
@@ -136,7 +152,7 @@ def recorder(kinds_used, layered=False, polish=0.01):
         if hit == OVERFLOW:
             hits.thing[i] = OVERFLOW
         elif hit >= 0.0:
-            describe(i, hit, side, d, scene, hits, ids, t1s, count)
+            describe(i, hit, side, exact, scene, hits, ids, t1s, count)
         elif ball >= 0:
             hits.depth[i] = far
             hits.thing[i] = BALLS + ball
@@ -227,7 +243,8 @@ def trace_kernel(kinds_used, in_scratch=False, layered=False, first_hit=hermite.
         tile = int(s[1]) // TILE * view.tiles + int(s[0]) // TILE
         far, ball = nearest_ball(d, tile, ball_lists, balls)
         hit, side, count = first_surface(d, far, tile, of_ray(scene, hits, i), lists, ids, t0s, t1s, room)
-        record(i, d, hit, side, far, ball, scene, balls, hits, ids, t1s, count)
+        exact = exact_direction(view, s[0], s[1])
+        record(i, d, exact, hit, side, far, ball, scene, balls, hits, ids, t1s, count)
 
     if in_scratch:
 
@@ -312,6 +329,7 @@ def bells_kernel(kinds_used, segments):
                     break
                 count, opaque = gather(j, o, d, opaque, table, ids, bell, ends, t0s, t1s, count)
             hit, count = search(far, opaque, False, ids, bell, ends, t0s, t1s, count)
-            record(i, d, hit, -1.0, far, ball, scene, balls, hits, ids, t1s, count)
+            exact = exact_direction(view, s[0], s[1])
+            record(i, d, exact, hit, -1.0, far, ball, scene, balls, hits, ids, t1s, count)
 
     return trace_bells

@@ -44,6 +44,8 @@ class Body:
             raise InputError(f"Body: gravity is {self.gravity!r}; give a kernel such as fs.Newtonian(), or None")
         if self.surface is not None and not isinstance(self.surface, Material):
             raise InputError(f"Body: surface is {self.surface!r}; give a fs.Material, or None")
+        if self.gravity is None and self.surface is not None and self.surface.level is not None:
+            raise InputError("Body: its surface is an equipotential of its gravity, but it has none; give gravity=")
         if not callable(self.motion):
             object.__setattr__(self, "motion", pose_at(self.motion, 0.0))
         if self.gravity is not None:
@@ -111,8 +113,12 @@ class Body:
         if self.surface is None:
             return cells.concatenate([])
         material = self.surface.at(time)
+        if material.level is not None:
+            elements = self._pack_gravity(time)
+            elements.rows[:, cells.STRENGTH] /= material.level
+            return elements
         primitives = [primitive.at(time) for primitive in self.skeleton]
-        strengths, folds = zip(*(material.surface_strength(p.dimension) for p in primitives), strict=True)
+        strengths, folds = zip(*(material.strength_on(p) for p in primitives), strict=True)
         return cells.pack(primitives, [material.surface_kernel] * len(primitives), strengths, folds)
 
 

@@ -1,17 +1,15 @@
 """Materials: how thick and soft the tissue on a skeleton is, and how it looks."""
 
 import dataclasses
-import math
 
 from fieldsim import validate
 from fieldsim.errors import InputError
-from fieldsim.potentials.kernels import Cauchy, Gaussian
+from fieldsim.potentials.kernels import Gaussian, Kernel
+from fieldsim.potentials.primitive import Primitive
+from fieldsim.world import tissue
 from fieldsim.world.color import color_rgb
 from fieldsim.world.motion import value_at
 from fieldsim.world.texture import Texture
-
-# Half width of (1 + s^2 r^2)^-2 equals that of exp(-a^2 r^2) when s = CAUCHY_PER_GAUSSIAN a.
-CAUCHY_PER_GAUSSIAN = math.sqrt((math.sqrt(2.0) - 1.0) / math.log(2.0))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -19,11 +17,14 @@ class Material:
     """The soft tissue on a skeleton and its look. Every number may be a function of time.
 
     radius: distance R > 0 between the primitive in isolation and its surface F = T (a point: a sphere; a segment, arc
-    or circle: the tube far from its ends). blobbiness: B < 0; near zero, neighbours melt together; strongly negative,
-    they keep their shapes (Blinn 1982; Sherstyuk 1999, 3.3.2). kernel: Gaussian or Cauchy. For the Gaussian
-    a^2 = -B / R^2; the Cauchy takes the width that has the same half maximum. The strength is the one that puts the
-    surface at R exactly.
+    or circle: the tube far from its ends; a triangle or plane: the slab over its middle). blobbiness: B < 0; near zero,
+    neighbours melt together; strongly negative, they keep their shapes (Blinn 1982; Sherstyuk 1999, 3.3.2).
+    kernel: any kernel's class, which takes its width from R and B (see `tissue`: for the Gaussian a^2 = -B / R^2); or a
+    kernel, whose width is its own, as fs.Newtonian() without any softening. The strength is the one that puts the
+    surface at R exactly. Fields without end, as 1/r, add up over a skeleton: its surface lies farther out.
     threshold: T relative to the canonical 1: above 1 the body shrinks, below it swells.
+    level: draws an equipotential instead, where the body's own gravity comes to `level`, summed over all bodies drawn
+    so; kernel, blobbiness and threshold then play no part, and radius only where free bodies touch.
     color: see `color_rgb`, or a solid texture such as `Marble`. ambient, diffuse, specular: factors of the lighting;
     shininess: Blinn-Phong exponent.
     """
@@ -37,10 +38,14 @@ class Material:
     diffuse: float = 0.9
     specular: float = 0.25
     shininess: float = 40.0
+    level: float | None = None
 
     def __post_init__(self):
-        if self.kernel not in (Gaussian, Cauchy):
-            raise InputError(f"Material: kernel is {self.kernel!r}; give fs.Gaussian or fs.Cauchy (the class)")
+        known = isinstance(self.kernel, type) and issubclass(self.kernel, Kernel) and self.kernel is not Kernel
+        if not known and not isinstance(self.kernel, Kernel):
+            raise InputError(
+                f"Material: kernel is {self.kernel!r}; give a kernel such as fs.Gaussian or fs.Quartic(2.0)"
+            )
         if not self.animated:
             self._check()
 
@@ -67,6 +72,8 @@ class Material:
         if not blobbiness < 0:
             raise InputError(f"Material: blobbiness is {blobbiness:g}; give a negative number, such as -4")
         object.__setattr__(self, "blobbiness", blobbiness)
+        if self.level is not None:
+            object.__setattr__(self, "level", validate.number("Material", "level", self.level, above=0.0))
         if not isinstance(self.color, Texture):
             color_rgb("Material", self.color)
 
@@ -81,17 +88,21 @@ class Material:
         return self.color.row if isinstance(self.color, Texture) else (0.0,) * 7
 
     @property
-    def surface_kernel(self) -> Gaussian | Cauchy:
+    def surface_kernel(self) -> Kernel:
         """The kernel of the surface field."""
-        a = math.sqrt(-self.blobbiness) / self.radius
-        return Gaussian(a) if self.kernel is Gaussian else Cauchy(CAUCHY_PER_GAUSSIAN * a)
+        if isinstance(self.kernel, Kernel):
+            return self.kernel
+        return tissue.kernel_of(self.kernel, self.radius, self.blobbiness)
 
     def surface_strength(self, dimension: int) -> tuple[float, float]:
-        """(strength, fold) of a primitive of the given dimension, such that F = 1 is the surface; see `cells`."""
-        kernel = self.surface_kernel
-        if isinstance(kernel, Gaussian):
-            # A line's field is sqrt(pi)/a exp(-a^2 rho^2), a plane's pi/a^2 exp(-a^2 z^2).
-            return (kernel.a / math.sqrt(math.pi)) ** dimension / self.threshold, -self.blobbiness
-        q = 1.0 + (kernel.s * self.radius) ** 2
-        isolated = (q**-2, math.pi / (2 * kernel.s) * q**-1.5, math.pi / kernel.s**2 / q)[dimension]
-        return 1.0 / (isolated * self.threshold), 0.0
+        """(strength, fold) of a point, line or plane (0, 1, 2), such that F = 1 is the surface; see `cells`.
+
+        Raises InputError for a line or plane whose field is infinite.
+        """
+        strength, fold = tissue.strength(self.surface_kernel, self.radius, dimension)
+        return strength / self.threshold, fold
+
+    def strength_on(self, primitive: Primitive) -> tuple[float, float]:
+        """(strength, fold) of a primitive, also of one that is measured by itself; see `tissue`."""
+        strength, fold = tissue.strength_on(self.surface_kernel, self.radius, primitive)
+        return strength / self.threshold, fold

@@ -42,7 +42,7 @@ class Renderer:
     size: (width, height) in pixels. quality: "draft" (edges get 4 samples a pixel) or "final" (up to 16).
     device: "cpu", "cuda", ... shadows, samples: switch shadows off, and set the greatest number of samples a pixel: 1,
     4 or 16. tolerance: of the field, relative to its level: what of distant elements may be left out, and how far a
-    hump that only grazes a ray may rise unseen. rays: traced so far. A camera inside a body sees the surface from within.
+    hump that only grazes a ray may rise unseen. rays: traced so far. A camera in a body sees the surface from within.
     mode: how bodies are drawn: "soft", as their surfaces; "hard", each primitive by itself as what lies within the
     material's radius: balls, capsules, arc tubes, slabs; "skeleton", as thin lines.
     solver: how primary rays find surfaces, see `solvers`.

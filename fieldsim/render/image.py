@@ -38,7 +38,8 @@ class Renderer:
     size: (width, height) in pixels. quality: "draft" (edges get 4 samples a pixel) or "final" (up to 16).
     device: "cpu", "cuda", ... shadows, samples: switch shadows off, and set the greatest number of samples a pixel: 1,
     4 or 16. tolerance: of the field, relative to its level: what of distant elements may be left out, and how far a
-    hump that only grazes a ray may rise unseen. rays: traced so far. A camera inside a body sees its surface from within.
+    hump that only grazes a ray may rise unseen. rays: traced so far. A camera inside a body sees its surface from
+    within.
     Raises InputError for a size or a quality that cannot be.
     """
 

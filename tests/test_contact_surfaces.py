@@ -164,3 +164,32 @@ def test_a_moving_triangle_carries_and_a_turning_plane_is_refused():
     turning.add_particles([(0, 0, 1.0)], [(0, 0, 0)], contact=fs.Bounce())
     with pytest.raises(fs.InputError, match="Plane that turns"):
         fs.Simulation(turning, fs.Leapfrog(5e-3)).advance(1.0)
+
+
+@pytest.mark.parametrize("surface", [fs.Material(level=1.25), fs.Material(kernel=fs.Newtonian, radius=0.4)])
+def test_balls_bounce_on_equipotentials(surface):
+    # Elastic bounces on the field's own level, under the field's own pull: energy is kept as in free motion.
+    world = fs.World()
+    wire = fs.Segment((-0.5, 0, 0), (0.5, 0, 0))
+    body = world.add_body(fs.Body(wire, gravity=fs.Newtonian(), surface=surface))
+    start = 1.5 * directions(30, seed=8)
+    world.add_particles(start, np.zeros((30, 3)), radius=BALL, contact=fs.Bounce(1.0))
+    simulation = fs.Simulation(world, fs.Leapfrog(2e-3), threads=1)
+    before = fs.energy(simulation.snapshot()).total
+    simulation.advance(4.0)
+    events = simulation.events
+    assert len(np.unique(events.particles)) == 30
+    np.testing.assert_allclose(body.surface_field().value(events.positions), 1.0, atol=1e-7)
+    np.testing.assert_allclose(fs.energy(simulation.snapshot()).total, before, atol=2e-5)
+    assert (body.surface_field().value(simulation.positions[0]) < 1.0).all()
+
+
+@pytest.mark.parametrize("kernel", [fs.Quartic, fs.SoftObject, fs.Metaball])
+def test_contact_with_kernels_that_end_is_refused(kernel):
+    world = fs.World()
+    world.add_body(fs.Body(fs.Point((0, 0, 0)), surface=thin(kernel)))
+    world.add_particles([(1.0, 0, 0)], [(0, 0, 0)], contact=fs.Bounce(1.0))
+    with pytest.raises(fs.InputError, match=f"no contact is known for a surface of {kernel.__name__}"):
+        fs.Simulation(world, fs.Leapfrog(2e-3)).advance(0.1)
+    world.particles[0] = fs.Particles([(1.0, 0, 0)], [(0, 0, 0)])
+    fs.Simulation(world, fs.Leapfrog(2e-3)).advance(0.1)

@@ -9,10 +9,10 @@ import numpy as np
 from fieldsim.dynamics.inertia import NOTHING, mass_properties, surface_box
 from fieldsim.dynamics.mass_points import enough, mass_points
 from fieldsim.dynamics.shells import Shell, shell, spacing
-from fieldsim.dynamics.surfaces import with_reach
+from fieldsim.dynamics.surfaces import refuse_compact, with_reach
 from fieldsim.errors import InputError
 from fieldsim.potentials import cells
-from fieldsim.potentials.kernels import Gaussian
+from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Newtonian
 from fieldsim.world import quaternion
 from fieldsim.world.motion import Pose
 
@@ -20,6 +20,9 @@ from fieldsim.world.motion import Pose
 TOLERANCE = 1e-8
 # Where a body has no surface, what comes nearer than this share of its size counts as touching.
 NEAR = 0.25
+# The slope of log F at a distance R of fields (R^2 + softening^2)^(-slope / 2): of a whole plane under Cauchy's kernel, of
+# a whole line under 1/r^2; under 1/r it is a logarithm, and this its order.
+_GENTLE = {Cauchy: 2.0, InverseSquare: 1.0, Newtonian: 0.25}
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -110,11 +113,15 @@ class FreeBody:
 
 
 def log_slope(material) -> float:
-    """How fast log F falls at the surface of a material at least (of a point it is steeper for a Cauchy)."""
+    """How fast log F falls at the surface of a material at least (of a point it is steeper, but for a Gaussian)."""
     kernel, radius = material.surface_kernel, material.radius
+    refuse_compact([type(kernel)])
+    if material.level is not None:
+        return _GENTLE[Newtonian] / radius
     if isinstance(kernel, Gaussian):
         return 2.0 * kernel.a**2 * radius
-    return 2.0 * kernel.s**2 * radius / (1.0 + (kernel.s * radius) ** 2)
+    softening = 1.0 / kernel.s if isinstance(kernel, Cauchy) else kernel.softening
+    return _GENTLE[type(kernel)] * radius / (radius**2 + softening**2)
 
 
 def free_body(index, body) -> FreeBody:

@@ -33,16 +33,16 @@ def with_reach(rows, kinds, total: int):
 
     The reach is where an element's field cannot be more than 1 / total.
     """
-    _refuse_compact(kinds)
+    refuse_compact(cell.kernel for cell in cells.CELLS.values() if (kinds == cell.kind).any())
     return np.concatenate([rows, reach(rows, kinds, 1.0 / max(total, 1))[..., None]], axis=-1)
 
 
-def _refuse_compact(kinds):
+def refuse_compact(kernels):
     """Raise InputError for kernels whose field is 0 where a sphere that touches the surface has its middle."""
-    for cell in cells.CELLS.values():
-        if cell.kernel in COMPACT and (kinds == cell.kind).any():
+    for kernel in kernels:
+        if kernel in COMPACT:
             raise InputError(
-                f"no contact is known for a surface of {cell.kernel.__name__}: its field ends too near to the surface; "
+                f"no contact is known for a surface of {kernel.__name__}: its field ends too near to the surface; "
                 "give the particles contact=None, or the body a surface of another kernel such as fs.Gaussian"
             )
 

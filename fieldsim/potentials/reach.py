@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 
+from fieldsim.errors import InputError
 from fieldsim.potentials import cells
 from fieldsim.potentials.arc import Arc
 from fieldsim.potentials.circle import Circle
@@ -130,7 +131,7 @@ def reach(rows, kinds, level):
 
 
 def scale(rows, kinds):
-    """Lengths (N,) over which fields vary: a kernel's width, or where n alike of 1/r or 1/r^2 come to F = 1."""
+    """Lengths (N,) over which elements' fields vary: a kernel's width, or where all of 1/r may come to F = 1."""
     endless = np.isin(kinds, [cell.kind for cell in cells.CELLS.values() if cell.kernel in (Newtonian, InverseSquare)])
     width = rows[..., cells.KERNEL]
     result = np.maximum(np.where(endless, reach(rows, kinds, 1.0 / max(endless.sum(), 1)), 0.0), width)
@@ -144,6 +145,11 @@ def scale(rows, kinds):
 
 
 def _reach(cell, rows, level):
+    if cell.primitive not in _MEASURES:
+        raise InputError(
+            f"a surface of {cell.kernel.__name__} on {cell.primitive.__name__} can neither be drawn nor touched; "
+            "leave it out, or give the body another skeleton"
+        )
     width = rows[..., cells.KERNEL]
     _, dimension, straight = _MEASURES[cell.primitive]
     strength = np.abs(rows[..., cells.STRENGTH]) * greatest_factor(cell, rows)

@@ -5,8 +5,9 @@ isolated Gaussian of blobbiness B the slope is 2B/R, so leaving that much out mo
 
 The *bend* K of an element is a number such that along any ray, where its field is below 1, the second derivative of
 log F (compact kernels: of 2 sqrt F) is at least -K. It is that of the kernel, however the kernel is spread: for
-F = integral of exp(phi), (log F)'' is the mean of phi'' plus a variance; for F = integral of v^2, (sqrt F)'' is at
-least integral(v v'') / sqrt(F), and so at least -max|v''| sqrt(measure). See `hermite` for its use.
+F = integral of exp(phi), (log F)'' is the mean of phi'' plus a variance, so that together the sharpest counts; for
+F = integral of v^2, (sqrt F)'' is at least integral(v v'') / sqrt(F), and so at least -max|v''| sqrt(measure), and
+several count as the root of their squares' sum. See `hermite` for its use.
 """
 
 import dataclasses
@@ -39,16 +40,21 @@ _SHAPES = {
     "Triangle": TRIANGLE,
     "Plane": PLANE,
 }
-# Powers of length by which kernels fall without end; the others have widths.
-ORDER = {Newtonian: 1, InverseSquare: 2}
+# Kernels that are powers -order / 2 of r^2 + softening^2 (a Cauchy's softening is 1 / s). Others have one bend, or end.
+ORDER = {Newtonian: 1, InverseSquare: 2, Cauchy: 4}
+ENDS = -1
+# Powers of length that kernels have as their unit.
+_UNITS = {Newtonian: 1, InverseSquare: 2}
 # What stands for infinity, in units of the scene.
 FAR = 1e7
 # Greatest |(sqrt h)''| along any ray in units of 1 / radius^2.
 _ROOT_BENDS = {Quartic: 2.0, SoftObject: 22.0 / 9.0, Metaball: 5.52}
 # Where strengths have both signs nothing above is promised; elements then count as this much sharper.
 _SIGNED = 8.0
-# Among how many of N elements the cut is shared: Cauchy's tails are so long that many small ones add up.
-_SHARED = 100
+# Among how many elements that end near to each other the tolerance is shared; and, as Cauchy's tails are so long that
+# many small ones add up, among the root of how many of those at most.
+_SHARED = 4
+_SHARED_TAILS = 100
 
 
 @dataclasses.dataclass(frozen=True)
@@ -58,8 +64,8 @@ class Bounded:
     rows (N, WIDTH); kinds (N,); shape (N,): POINT, SEGMENT, ARC, TRIANGLE or PLANE; reach (N,): the distance from the
     primitive beyond which the element is cut; core (N,): radius within which a point alone exceeds the level, 0 for
     other shapes and where some strength is negative; width (N,): length over which its field changes; bend (N,): see
-    above, of planes for a ray straight onto them, 0 for 1/r and 1/r^2, which bend as `order` (N,) / distance^2; start,
-    end (N, 3) and radius (N,): a capsule around all of it.
+    above, of planes for a ray straight onto them; order (N,): above 0 for those that bend as order / distance^2
+    instead, ENDS for compact ones; start, end (N, 3) and radius (N,): a capsule around all of it.
     """
 
     rows: np.ndarray
@@ -76,25 +82,28 @@ class Bounded:
 
 
 def bound(elements: cells.Elements, eye: np.ndarray, unit: float, tolerance: float = 1e-5) -> Bounded:
-    """Elements moved to the eye, scaled and bounded. tolerance: of the field, relative to its level."""
+    """Elements moved to the eye, scaled and bounded. tolerance: of the field, relative to its level.
+
+    Raises InputError for a cell that cannot be rendered.
+    """
     rows, kinds = _scaled(elements, eye, unit), elements.kinds
     table = {cell.kind: cell for cell in cells.CELLS.values()}
     parts = [(table[kind], kinds == kind) for kind in elements.kinds_used]
     shape, order = np.zeros((2, len(rows)), dtype=np.int32)
-    bend, level = np.zeros(len(rows)), np.full(len(rows), tolerance)
+    bend, level = np.zeros(len(rows)), np.full(len(rows), tolerance / _SHARED)
     for cell, where in parts:
         shape[where] = _SHAPES[cell.primitive.__name__]
-        order[where] = ORDER.get(cell.kernel, 0)
+        order[where] = ENDS if cell.kernel in COMPACT else ORDER.get(cell.kernel, 0)
         bend[where] = _bend(cell, rows[where])
         if cell.kernel is Cauchy:
-            level[where] /= min(where.sum(), _SHARED) ** 0.5
+            level[where] = tolerance / min(where.sum(), _SHARED_TAILS) ** 0.5
     far = reach(rows, kinds, level)
     signed = (rows[:, cells.STRENGTH] < 0.0).any()
     core = np.where((shape == POINT) & (not signed), reach(rows, kinds, 1.0), 0.0)
     if signed:
-        bend, order = _SIGNED * bend, int(_SIGNED) * order
+        bend, order = _SIGNED * bend, np.where(order > 0, int(_SIGNED) * order, order)
     start, end, extent = _capsules(rows, shape)
-    if order.all() and len(order):
+    if parts and {cell.kernel for cell, _ in parts} <= set(_UNITS):
         far = np.minimum(far, _around(parts, rows, start, end, extent))
     far = np.minimum(far, FAR)
     radius = np.where(shape == PLANE, FAR, far + extent)
@@ -114,7 +123,7 @@ def _scaled(elements, eye, unit):
             dimension = {POINT: 0, TRIANGLE: 2, PLANE: 2}.get(_SHAPES[name], 1)
             inverse_width = cell.kernel in (Gaussian, Cauchy)
             rows[where, cells.KERNEL] *= unit if inverse_width else 1.0 / unit
-            rows[where, cells.STRENGTH] *= unit ** (dimension - ORDER.get(cell.kernel, 0))
+            rows[where, cells.STRENGTH] *= unit ** (dimension - _UNITS.get(cell.kernel, 0))
             if name == "Triangle":
                 rows[where, cells.ANGLE] /= unit**2  # its area
     return rows
@@ -128,7 +137,7 @@ def _bend(cell, rows):
         amplitude = np.sqrt(np.abs(rows[:, cells.STRENGTH]) * within(cell, rows))
         bend = 2.0 * _ROOT_BENDS[cell.kernel] * amplitude / width**2
     else:
-        bend = {Gaussian: 2.0, Cauchy: 4.0}.get(cell.kernel, 0.0) * width**2
+        bend = 2.0 * width**2 if cell.kernel is Gaussian else 0.0
     return bend + profile_bend(cell, rows)
 
 
@@ -177,7 +186,7 @@ def _around(parts, rows, start, end, extent):
     for cell, where in parts:
         part = rows[where]
         mass = np.maximum(part[:, cells.STRENGTH], 0.0) * measure(cell.primitive, part)
-        sums[ORDER[cell.kernel]] += np.sum(mass)
+        sums[_UNITS[cell.kernel]] += np.sum(mass)
     ball = np.max(span) + 0.5 * (sums[1] + math.sqrt(sums[1] ** 2 + 4.0 * sums[2]))
     return ball * (1.0 + 1e-6) + span[0]
 

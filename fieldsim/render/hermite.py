@@ -25,6 +25,7 @@ import warp as wp
 
 from fieldsim.potentials import cells
 from fieldsim.potentials.distances import DISTANCES
+from fieldsim.potentials.kernels import Cauchy
 from fieldsim.render import bounds
 
 CEILING = wp.constant(1.0e30)  # a field above counts as this, with slope 0: Blinn's exp(256) is beyond float32
@@ -43,6 +44,8 @@ FOREVER = wp.constant(1.0e30)
 _LOOK, _LEAP, _LAND, _ROOT = (wp.constant(k) for k in range(4))
 _PLANE = wp.constant(bounds.PLANE)
 TRIES = wp.constant(12)
+_ENDS = wp.constant(bounds.ENDS)
+_CAUCHY = wp.constant(bounds.ORDER[Cauchy])
 
 
 @wp.struct
@@ -151,17 +154,26 @@ def _summit(g0: float, g1: float, drop: float):
     return 0.5 * (g0 + g1) + 0.25 * drop + 0.25 * rise * rise / drop
 
 
-def _falls_without_end(kinds_used):
+@wp.func
+def _steepness(scene: Scene, i: int, d: wp.vec3):
+    """What an element's bend along a ray is in units of its greatest: a plane changes across itself alone."""
+    if scene.shape[i] != _PLANE:
+        return 1.0
+    across = d[0] * scene.rows[i, 17] + d[1] * scene.rows[i, 18] + d[2] * scene.rows[i, 19]
+    return across * across
+
+
+def _bends_by_distance(kinds_used):
     return any(cell.kernel in bounds.ORDER for cell in cells.CELLS.values() if cell.kind in kinds_used)
 
 
 @functools.cache
 def _nearness(kinds_used):
-    """Warp function (scene, point, i) -> order / D^2 of an element that falls as 1/r or 1/r^2, else 0."""
-    if not _falls_without_end(kinds_used):
+    """Warp function (scene, point, i) -> order / D^2 of an element that bends so, else 0."""
+    if not _bends_by_distance(kinds_used):
 
         @wp.func
-        def nothing(scene: Scene, p: wp.vec3, i: int):
+        def nothing(scene: Scene, p: wp.vec3, d: wp.vec3, i: int):
             return 0.0
 
         return nothing
@@ -169,23 +181,31 @@ def _nearness(kinds_used):
     distance = cells.by_kind(table).warp(wp.float32)
 
     @wp.func
-    def nearness(scene: Scene, p: wp.vec3, i: int):
-        if scene.order[i] == 0:
+    def nearness(scene: Scene, p: wp.vec3, d: wp.vec3, i: int):
+        if scene.order[i] <= 0:
             return 0.0
         near = distance(p[0], p[1], p[2], scene.rows, scene.kinds, i)
         softening = scene.rows[i, 1]
-        return float(scene.order[i]) / wp.max(near * near + softening * softening, NOTHING)
+        if scene.order[i] == _CAUCHY:
+            softening = 1.0 / softening
+        steepness = float(scene.order[i]) * _steepness(scene, i, d)
+        return steepness / wp.max(near * near + softening * softening, NOTHING)
 
     return nearness
 
 
 @wp.func
-def _bend(scene: Scene, i: int, d: wp.vec3):
-    """The bend of an element along a ray."""
-    if scene.shape[i] == _PLANE:
-        across = d[0] * scene.rows[i, 17] + d[1] * scene.rows[i, 18] + d[2] * scene.rows[i, 19]
-        return across * across * scene.bend[i]
-    return scene.bend[i]
+def _bends(bends: wp.vec2, scene: Scene, i: int, d: wp.vec3):
+    """The greatest bend, and the sum of squares of those of kernels that end, with one more element."""
+    bend = scene.bend[i] * _steepness(scene, i, d)
+    if scene.order[i] == _ENDS:
+        return wp.vec2(bends[0], bends[1] + bend * bend)
+    return wp.vec2(wp.max(bends[0], bend), bends[1])
+
+
+@wp.func
+def _together(bends: wp.vec2):
+    return bends[0] + wp.sqrt(bends[1])
 
 
 @wp.func
@@ -215,7 +235,7 @@ def first_hit(kinds_used, counted=False):
     count_work = _counted if counted else _uncounted
     element = cells.element_field(kinds_used).warp(wp.float32)
     nearness_of = _nearness(kinds_used)
-    endless = wp.constant(int(_falls_without_end(kinds_used)))
+    endless = wp.constant(int(_bends_by_distance(kinds_used)))
 
     @wp.func
     def total(
@@ -240,7 +260,7 @@ def first_hit(kinds_used, counted=False):
                 f_i, x, y, z = element(p[0], p[1], p[2], scene.rows, scene.kinds, ids[k])
                 f += f_i
                 slope += x * d[0] + y * d[1] + z * d[2]
-                nearness = wp.max(nearness, nearness_of(scene, p, ids[k]))
+                nearness = wp.max(nearness, nearness_of(scene, p, d, ids[k]))
         count_work(scene, active)
         if not (f < CEILING):
             return wp.log(CEILING), 0.0, nearness
@@ -263,25 +283,25 @@ def first_hit(kinds_used, counted=False):
     ):
         """(end of the leap from t, bend on the way, elements entered by then, where all of those have ended)."""
         head = int(entered)
-        bend = float(0.0)
+        bends = wp.vec2(0.0, 0.0)
         leave = float(t)
         for k in range(head):
             if t1s[k] > t:
-                bend = wp.max(bend, _bend(scene, ids[k], d))
+                bends = _bends(bends, scene, ids[k], d)
                 leave = wp.max(leave, t1s[k])
-        node = t + _leap(g, bend, nearness, stretch)
+        node = t + _leap(g, _together(bends), nearness, stretch)
         # Elements that come in on the way may be sharper; then the leap is theirs, but it reaches to their entry.
         while head < count and t0s[wp.min(head, count - 1)] < node:
-            sharper = wp.max(bend, _bend(scene, ids[head], d))
-            if sharper > bend:
-                node = wp.min(node, wp.max(t0s[head], t + _leap(g, sharper, nearness, stretch)))
+            sharper = _bends(bends, scene, ids[head], d)
+            if sharper[0] > bends[0] or sharper[1] > bends[1]:
+                node = wp.min(node, wp.max(t0s[head], t + _leap(g, _together(sharper), nearness, stretch)))
                 if t0s[head] >= node:
                     break
-                bend = sharper
+                bends = sharper
             leave = wp.max(leave, t1s[head])
             head += 1
         # Far away float32 may not resolve a leap.
-        return wp.max(node, t + 1.0e-6 * wp.abs(t)), bend, head, leave
+        return wp.max(node, t + 1.0e-6 * wp.abs(t)), _together(bends), head, leave
 
     @wp.func
     def sweep(

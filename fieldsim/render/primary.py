@@ -16,7 +16,7 @@ from fieldsim.render.volumes import pierce, pierce_sphere
 _ROOM = wp.constant(32)  # intervals of a ray in local memory
 _POLISH = wp.constant(3)  # steps at most of Newton's method in float64
 _SMALL = wp.constant(wp.float64(1e-2))  # a step after which none is needed, in units of the longest
-_GRAZING = wp.constant(wp.float64(0.01))  # sine of the angle at which a ray grazes
+_GRAZING = wp.constant(wp.float64(0.002))  # sine of the angle at which a ray grazes
 OVERFLOW = wp.constant(-2)  # a `thing`: the intervals that overlap did not fit
 
 

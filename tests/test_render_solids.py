@@ -362,7 +362,9 @@ def test_skeletons_are_lines_of_some_pixels_whatever_their_distance():
         world = World()
         reach = 0.15 * distance
         world.add_body(
-            Body([Segment((0, -reach, 0), (0, reach, 0)), Point((0, 0, reach))], surface=Material(radius=0.3))
+            Body(
+                [Segment((0, -reach, 0), (0, reach, 0)), Point((0, 0, reach))], surface=Material(radius=0.08 * distance)
+            )
         )
         hit = np.isfinite(look(world, Camera((distance, 0, 0), fov=40), (96, 96), mode="skeleton")[0])
         widths = hit[48 - 10 : 48 + 10, 30:60].sum(axis=0)

@@ -9,6 +9,7 @@ import warp as wp
 from test_render import rays
 
 from fieldsim.errors import InputError
+from fieldsim.potentials import cells
 from fieldsim.potentials.arc import Arc
 from fieldsim.potentials.circle import Circle
 from fieldsim.potentials.mesh import mesh
@@ -17,6 +18,7 @@ from fieldsim.potentials.point import Point
 from fieldsim.potentials.segment import Segment
 from fieldsim.potentials.shapes import box as box_triangles
 from fieldsim.potentials.triangle import Triangle
+from fieldsim.render import solids_skeleton
 from fieldsim.render.camera import Camera
 from fieldsim.render.image import Renderer
 from fieldsim.world.body import Body
@@ -271,6 +273,8 @@ def test_many_shapes_with_a_pose_each():
     expected = Renderer(SIZE).frame(world.at(0.25), CAMERA)
     assert (Renderer(SIZE).frame(moved, CAMERA) == expected).all()
     assert (Renderer(SIZE).frame(there, CAMERA) != expected).any()
+    with pytest.raises(InputError, match="0 shape_poses for 1 groups"):
+        _ = dataclasses.replace(there, shape_poses=()).shapes
 
 
 def test_motions_move_shapes_together():
@@ -382,6 +386,11 @@ def test_triangles_are_their_edges_as_lines():
     hit = np.isfinite(look(world, camera, (96, 96), mode="skeleton")[0])
     assert not hit[48, 48]
     assert hit.any(axis=0).sum() > 50
+
+
+def test_every_primitive_can_be_drawn_hard():
+    drawn = {solids_skeleton._shape_of(cell.primitive) for cell in cells.CELLS.values()}
+    assert drawn == {"Point", "Segment", "Arc", "Triangle", "Plane"}
 
 
 def test_shapes_compile_for_cuda(tmp_path):

@@ -42,7 +42,7 @@ def collect(hits: Hits, slot, size, unit: float, snapshot) -> dict[str, np.ndarr
     bodies = np.array([k for k, body in enumerate(snapshot.world.bodies) if body.surface is not None], dtype=int)
     thing, owner = _owners(raw, bodies, snapshot)
     fields = of_pixels(hits.weights)[:, : len(bodies)]
-    weights = np.zeros((len(raw), len(snapshot.world.bodies)))
+    weights = np.zeros((len(raw), len(snapshot.world.bodies)), dtype=np.float32)
     soft = (raw >= 0) & (raw < int(BALLS))
     weights[np.ix_(soft, bodies)] = fields[soft] / fields[soft].sum(axis=1, keepdims=True)
     hard = (thing == BODY) & ~soft

@@ -192,6 +192,15 @@ def test_shapes_cast_their_shadows_on_the_ground_and_none_on_their_lit_sides(nam
     agree(shadow_mask(world), hit & (normals @ SUN > 0) & (np.abs(p[..., 2] + 0.9) < 0.01) & hidden(p, SUN, distance))
 
 
+def test_a_long_rod_does_not_speckle_itself():
+    """Its middle is so far away that float32 places its side no better than shadow rays start above it."""
+    world = World(**SUNNY)
+    world.add_shape(Capsule((-9, -7, -5), (1800, 1400, 1000), 0.05))
+    camera = Camera((0, 0, 1.0), (0, 0, 0), up=(0, 1, 0), fov=20)
+    assert np.isfinite(look(world, camera)[0]).sum() > 100
+    assert not shadow_mask(world, camera).any()
+
+
 def test_an_arc_tube_shadows_itself():
     world = World(**SUNNY)
     # Nearly across the sun, so that one side stands over the other.

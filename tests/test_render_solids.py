@@ -9,6 +9,7 @@ import warp as wp
 from test_render import rays
 
 from fieldsim.errors import InputError
+from fieldsim.potentials import cells
 from fieldsim.potentials.arc import Arc
 from fieldsim.potentials.circle import Circle
 from fieldsim.potentials.mesh import mesh
@@ -17,6 +18,7 @@ from fieldsim.potentials.point import Point
 from fieldsim.potentials.segment import Segment
 from fieldsim.potentials.shapes import box as box_triangles
 from fieldsim.potentials.triangle import Triangle
+from fieldsim.render import solids_skeleton
 from fieldsim.render.camera import Camera
 from fieldsim.render.image import Renderer
 from fieldsim.world.body import Body
@@ -190,6 +192,15 @@ def test_shapes_cast_their_shadows_on_the_ground_and_none_on_their_lit_sides(nam
     agree(shadow_mask(world), hit & (normals @ SUN > 0) & (np.abs(p[..., 2] + 0.9) < 0.01) & hidden(p, SUN, distance))
 
 
+def test_a_long_rod_does_not_speckle_itself():
+    """Its middle is so far away that float32 places its side no better than shadow rays start above it."""
+    world = World(**SUNNY)
+    world.add_shape(Capsule((-9, -7, -5), (1800, 1400, 1000), 0.05))
+    camera = Camera((0, 0, 1.0), (0, 0, 0), up=(0, 1, 0), fov=20)
+    assert np.isfinite(look(world, camera)[0]).sum() > 100
+    assert not shadow_mask(world, camera).any()
+
+
 def test_an_arc_tube_shadows_itself():
     world = World(**SUNNY)
     # Nearly across the sun, so that one side stands over the other.
@@ -271,6 +282,8 @@ def test_many_shapes_with_a_pose_each():
     expected = Renderer(SIZE).frame(world.at(0.25), CAMERA)
     assert (Renderer(SIZE).frame(moved, CAMERA) == expected).all()
     assert (Renderer(SIZE).frame(there, CAMERA) != expected).any()
+    with pytest.raises(InputError, match="0 shape_poses for 1 groups"):
+        _ = dataclasses.replace(there, shape_poses=()).shapes
 
 
 def test_motions_move_shapes_together():
@@ -362,7 +375,9 @@ def test_skeletons_are_lines_of_some_pixels_whatever_their_distance():
         world = World()
         reach = 0.15 * distance
         world.add_body(
-            Body([Segment((0, -reach, 0), (0, reach, 0)), Point((0, 0, reach))], surface=Material(radius=0.3))
+            Body(
+                [Segment((0, -reach, 0), (0, reach, 0)), Point((0, 0, reach))], surface=Material(radius=0.08 * distance)
+            )
         )
         hit = np.isfinite(look(world, Camera((distance, 0, 0), fov=40), (96, 96), mode="skeleton")[0])
         widths = hit[48 - 10 : 48 + 10, 30:60].sum(axis=0)
@@ -380,6 +395,11 @@ def test_triangles_are_their_edges_as_lines():
     hit = np.isfinite(look(world, camera, (96, 96), mode="skeleton")[0])
     assert not hit[48, 48]
     assert hit.any(axis=0).sum() > 50
+
+
+def test_every_primitive_can_be_drawn_hard():
+    drawn = {solids_skeleton._shape_of(cell.primitive) for cell in cells.CELLS.values()}
+    assert drawn == {"Point", "Segment", "Arc", "Triangle", "Plane"}
 
 
 def test_shapes_compile_for_cuda(tmp_path):

@@ -20,17 +20,7 @@ from fieldsim.render.shading import BALLS, SOLIDS, Hits
 LAYERS = ("depth", "normal", "weights", "steps")
 NOTHING, BODY, PARTICLE, SHAPE = range(4)
 
-# Colours of weights, in turn, sRGB in 0..1: bodies, then particles and hard shapes.
-_PALETTE = np.array(
-    [
-        (0.90, 0.35, 0.24),
-        (0.24, 0.52, 0.90),
-        (0.95, 0.77, 0.20),
-        (0.25, 0.70, 0.42),
-        (0.66, 0.40, 0.85),
-        (0.2, 0.75, 0.8),
-    ]
-)
+# Grey of particles and hard shapes among the colours of weights.
 _PARTICLE, _SHAPE = 0.75, 0.45
 # Black, violet, red, orange, light yellow: the anchors of the heat map.
 _HEAT = np.array([(0, 0, 0), (0.30, 0.07, 0.43), (0.73, 0.21, 0.33), (0.98, 0.55, 0.04), (0.99, 1.0, 0.75)])
@@ -52,7 +42,7 @@ def collect(hits: Hits, slot, size, unit: float, snapshot) -> dict[str, np.ndarr
     bodies = np.array([k for k, body in enumerate(snapshot.world.bodies) if body.surface is not None], dtype=int)
     thing, owner = _owners(raw, bodies, snapshot)
     fields = of_pixels(hits.weights)[:, : len(bodies)]
-    weights = np.zeros((len(raw), len(snapshot.world.bodies)))
+    weights = np.zeros((len(raw), len(snapshot.world.bodies)), dtype=np.float32)
     soft = (raw >= 0) & (raw < int(BALLS))
     weights[np.ix_(soft, bodies)] = fields[soft] / fields[soft].sum(axis=1, keepdims=True)
     hard = (thing == BODY) & ~soft
@@ -81,6 +71,12 @@ def _owners(raw, bodies, snapshot):
     where = thing == BODY
     owner[where] = bodies[owner[where]]
     return thing, owner
+
+
+def _palette(count):
+    """Colours (count, 3), neighbours far apart: hues in steps of the golden section."""
+    hue = np.arange(count)[:, None] * 0.618034 + np.array((0.02, 0.69, 0.35))
+    return 0.55 + 0.38 * np.cos(2.0 * np.pi * hue)
 
 
 class LayerPictures:
@@ -119,7 +115,7 @@ class LayerPictures:
 
     def _weights(self, layers):
         weights, thing = layers["weights"], layers["thing"]
-        color = weights @ _PALETTE[np.arange(weights.shape[2]) % len(_PALETTE)]
+        color = weights @ _palette(weights.shape[2])
         grey = np.select([thing == PARTICLE, thing == SHAPE], [_PARTICLE, _SHAPE], 0.0)
         # A hint of the shape.
         relief = 0.55 + 0.45 * np.abs(layers["normal"] @ _SLANT)

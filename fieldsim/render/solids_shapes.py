@@ -149,40 +149,30 @@ def slab_crossing(o: wp.vec3, d: wp.vec3, half: float, x: float, y: float):
     return best
 
 
-@wp.func
-def _quartic(u: wp.float64, c2: wp.float64, c1: wp.float64, c0: wp.float64):
-    """The quartic u^4 + c2 u^2 + c1 u + c0."""
-    return ((u * u + c2) * u + c1) * u + c0
+_Quartic = wp.types.vector(length=5, dtype=wp.float64)  # coefficients, from the constant on
 
 
 @wp.func
-def _quartic_slope(u: wp.float64, c2: wp.float64, c1: wp.float64):
-    """Its derivative."""
-    return (wp.float64(4.0) * u * u + wp.float64(2.0) * c2) * u + c1
-
-
-@wp.func
-def _bracketed(low: wp.float64, high: wp.float64, c2: wp.float64, c1: wp.float64, c0: wp.float64, order: int):
-    """The root in low..high, over which it is monotone, of the quartic (order 0) or its derivative (1); `high` if none.
-
-    Newton's steps, safeguarded by bisection.
-    """
+def _bracketed(low: wp.float64, high: wp.float64, c: _Quartic):
+    """The root in low..high of a polynomial that is monotone there; `high` for none. Newton's steps, else bisection."""
     zero = wp.float64(0.0)
     a = wp.float64(low)
     b = wp.float64(high)
-    f_a = wp.where(order == 0, _quartic(a, c2, c1, c0), _quartic_slope(a, c2, c1))
-    f_b = wp.where(order == 0, _quartic(b, c2, c1, c0), _quartic_slope(b, c2, c1))
-    if (f_a > zero) == (f_b > zero):
+    rising = (((c[4] * b + c[3]) * b + c[2]) * b + c[1]) * b + c[0] > zero
+    if rising == ((((c[4] * a + c[3]) * a + c[2]) * a + c[1]) * a + c[0] > zero):
         return high
     u = wp.float64(0.5) * (a + b)
     for _k in range(60):
-        f = wp.where(order == 0, _quartic(u, c2, c1, c0), _quartic_slope(u, c2, c1))
-        if (f > zero) == (f_a > zero):
-            a = u
-        else:
+        # Horner's scheme for value and slope.
+        f = c[4]
+        slope = zero
+        for j in range(4):
+            slope = slope * u + f
+            f = f * u + c[3 - j]
+        if (f > zero) == rising:
             b = u
-        curve = wp.float64(12.0) * u * u + wp.float64(2.0) * c2
-        slope = wp.where(order == 0, _quartic_slope(u, c2, c1), curve)
+        else:
+            a = u
         step = wp.float64(0.5) * (a + b) - u
         if slope != zero:
             newton = -f / slope
@@ -195,57 +185,52 @@ def _bracketed(low: wp.float64, high: wp.float64, c2: wp.float64, c1: wp.float64
 
 
 @wp.func
-def torus_roots(o: wp.vec3, d: wp.vec3, ring: float, radius: float):
-    """The up to four crossings of the torus about z, ascending, padded with FOREVER; t > 0 or not."""
-    # In units of the whole, from the ray's point nearest to the centre: u^4 + c2 u^2 + c1 u + c0 = 0.
-    size = wp.float64(ring) + wp.float64(radius)
-    big = wp.float64(ring) / size
-    small = wp.float64(radius) / size
-    dx = wp.float64(d[0])
-    dy = wp.float64(d[1])
-    dz = wp.float64(d[2])
-    speed2 = dx * dx + dy * dy + dz * dz
-    middle = -(wp.float64(o[0]) * dx + wp.float64(o[1]) * dy + wp.float64(o[2]) * dz) / speed2
-    px = (wp.float64(o[0]) + middle * dx) / size
-    py = (wp.float64(o[1]) + middle * dy) / size
-    pz = (wp.float64(o[2]) + middle * dz) / size
-    speed = wp.sqrt(speed2)
-    dx /= speed
-    dy /= speed
-    roots = wp.vec4(FOREVER, FOREVER, FOREVER, FOREVER)
-    one = wp.float64(1.0)
+def _torus_quartic(p: wp.vec3d, d: wp.vec3d, ring: wp.float64, radius: wp.float64):
+    """The quartic in u that is negative where p + u d, p orthogonal to the unit vector d, lies within a torus."""
     two = wp.float64(2.0)
     four = wp.float64(4.0)
-    p2 = px * px + py * py + pz * pz
-    if p2 >= one:
+    rho = wp.sqrt(p[0] * p[0] + p[1] * p[1])
+    k = wp.dot(p, p) + ring * ring - radius * radius
+    c = _Quartic()
+    # k^2 - 4 ring^2 rho^2 as a product, which does not cancel.
+    c[0] = (k - two * ring * rho) * (k + two * ring * rho)
+    c[1] = -two * four * ring * ring * (p[0] * d[0] + p[1] * d[1])
+    c[2] = two * k - four * ring * ring * (d[0] * d[0] + d[1] * d[1])
+    c[4] = wp.float64(1.0)
+    return c
+
+
+@wp.func
+def torus_roots(o: wp.vec3, direction: wp.vec3, ring: float, radius: float):
+    """The up to four crossings of the torus about z, ascending, padded with FOREVER; t > 0 or not."""
+    # In units of the whole, from the ray's point nearest to the centre.
+    size = wp.float64(ring) + wp.float64(radius)
+    d = wp.vec3d(direction)
+    speed = wp.length(d)
+    d /= speed
+    middle = -wp.dot(wp.vec3d(o), d)
+    p = (wp.vec3d(o) + middle * d) / size
+    roots = wp.vec4(FOREVER, FOREVER, FOREVER, FOREVER)
+    rest = wp.float64(1.0) - wp.dot(p, p)
+    if rest <= wp.float64(0.0):
         return roots
-    end = wp.sqrt(one - p2)
-    rho = wp.sqrt(px * px + py * py)
-    k = p2 + big * big - small * small
-    c2 = two * k - four * big * big * (dx * dx + dy * dy)
-    c1 = -wp.float64(8.0) * big * big * (px * dx + py * dy)
-    # k^2 - 4 big^2 rho^2 as a product, which does not cancel.
-    c0 = (k - two * big * rho) * (k + two * big * rho)
+    c = _torus_quartic(p, d, wp.float64(ring) / size, wp.float64(radius) / size)
+    slope = _Quartic()
+    slope[0] = c[1]
+    slope[1] = wp.float64(2.0) * c[2]
+    slope[3] = wp.float64(4.0)
     # Where the slope turns, where it vanishes, and so the pieces over which the quartic is monotone.
-    turn = wp.sqrt(wp.max(-c2 / wp.float64(6.0), wp.float64(0.0)))
-    turn = wp.min(turn, end)
-    n1 = _bracketed(-end, -turn, c2, c1, c0, 1)
-    n2 = _bracketed(-turn, turn, c2, c1, c0, 1)
-    n3 = _bracketed(turn, end, c2, c1, c0, 1)
+    end = wp.sqrt(rest)
+    turn = wp.min(wp.sqrt(wp.max(-c[2] / wp.float64(6.0), wp.float64(0.0))), end)
+    bounds = wp.vec4d(_bracketed(-end, -turn, slope), _bracketed(-turn, turn, slope), _bracketed(turn, end, slope), end)
     low = -end
     count = int(0)
     for piece in range(4):
-        high = end
-        if piece == 0:
-            high = n1
-        elif piece == 1:
-            high = n2
-        elif piece == 2:
-            high = n3
+        high = bounds[piece]
         if high > low:
-            root = _bracketed(low, high, c2, c1, c0, 0)
+            root = _bracketed(low, high, c)
             if root < high:
-                roots[count] = float(middle + root * size / speed)
+                roots[count] = float((middle + root * size) / speed)
                 count += 1
         low = high
     return roots

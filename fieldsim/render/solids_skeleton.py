@@ -28,7 +28,7 @@ def drawn(snapshot, mode: str, eye: np.ndarray, pixel: float):
     if mode == "soft" or not len(surface.elements):
         return surface, snapshot.shapes
     if mode == "hard":
-        hard = offset_solids(surface, np.array([m.radius for m in surface.materials])[surface.owner])
+        hard = offset_solids(surface, _radii(surface))
     else:
         hard = _lines(surface, eye, pixel)
     nothing = dataclasses.replace(surface, elements=cells.concatenate([]), owner=surface.owner[:0])
@@ -41,14 +41,19 @@ def offset_solids(surface, radius: np.ndarray) -> Solids:
     return _solids(surface, radius, lambda rows, radii: [_prisms(rows, radii)])
 
 
+def _radii(surface):
+    """Radius (N,) of each element's material."""
+    return np.array([material.radius for material in surface.materials])[surface.owner]
+
+
 def _lines(surface, eye, pixel):
-    """Elements as lines of one width in the picture, where they are nearest to the eye."""
+    """Elements as lines of one width in the picture, measured at their middles, and never thicker than they are."""
     rows = surface.elements.rows
     corners = rows[:, cells.POSITIONS].reshape(-1, 3, 3)
     middle = 0.5 * (corners[:, 0] + np.where(_named(surface, "Segment")[:, None], corners[:, 1], corners[:, 0]))
     distance = np.linalg.norm(middle - eye, axis=1)
     width = np.where(_named(surface, "Point"), DOT, LINE)
-    return _solids(surface, width * pixel * distance, _edges)
+    return _solids(surface, np.minimum(width * pixel * distance, _radii(surface)), _edges)
 
 
 def _named(surface, name):

@@ -114,6 +114,11 @@ class Snapshot:
         groups = self.world.shapes
         if self.shape_poses is None:
             poses = [group.poses_at(self.time) for group in groups]
+        elif len(self.shape_poses) != len(groups):
+            raise InputError(
+                f"Snapshot: {len(self.shape_poses)} shape_poses for {len(groups)} groups of shapes; "
+                "give one pair of positions and rotations per World.add_shape"
+            )
         else:
             poses = [checked_poses(p, len(g.shapes)) for g, p in zip(groups, self.shape_poses, strict=True)]
         return joined(group.solids(self.time).placed(*pose) for group, pose in zip(groups, poses, strict=True))

@@ -73,7 +73,7 @@ def scenes() -> dict:
     made = {
         # Fields of 1/r add up over a skeleton; a higher level keeps them near it.
         f"still life, {k.__name__}": lambda k=k: _scene(
-            STILL_LIFE, _FRONT, radius=0.2, kernel=k, threshold=5.0 if k is fs.Newtonian else 1.0
+            STILL_LIFE, _FRONT, radius=0.2, kernel=k, threshold=2.0 if k is fs.Newtonian else 1.0
         )
         for k in KERNELS
     }

@@ -11,7 +11,9 @@ from fieldsim.potentials.segment import Segment
 from fieldsim.render.camera import Camera
 from fieldsim.render.image import render
 from fieldsim.render.primary import trace_kernel
+from fieldsim.render.referee import describe_kernel, march_kernel
 from fieldsim.render.shading import shade_kernel
+from fieldsim.render.solvers import SOLVERS
 from fieldsim.world.body import Body
 from fieldsim.world.material import Material
 from fieldsim.world.world import World
@@ -25,6 +27,20 @@ def test_tracing_and_shading_compile_for_cuda(kernel_of, in_scratch, tmp_path):
     # In scratch only where the intervals live differs; few cells show that.
     kinds = KINDS[:1] if in_scratch else KINDS
     wp.compile_aot_module(kernel_of(kinds, in_scratch).module, arch=90, use_ptx=True, module_dir=tmp_path)
+    assert list(tmp_path.glob("*.ptx"))
+
+
+@pytest.mark.parametrize("solver", sorted(SOLVERS.keys() - {"hermite", "referee"}))
+def test_solvers_compile_for_cuda(solver, tmp_path):
+    kernel = trace_kernel(KINDS[:1], **SOLVERS[solver].options)
+    wp.compile_aot_module(kernel.module, arch=90, use_ptx=True, module_dir=tmp_path)
+    assert list(tmp_path.glob("*.ptx"))
+
+
+@pytest.mark.parametrize("kernel_of", [march_kernel, describe_kernel])
+def test_the_referee_compiles_for_cuda(kernel_of, tmp_path):
+    # One cell shows it; the cells themselves compile above, and in float64 where fields are tested.
+    wp.compile_aot_module(kernel_of(KINDS[:1]).module, arch=90, use_ptx=True, module_dir=tmp_path)
     assert list(tmp_path.glob("*.ptx"))
 
 

@@ -39,7 +39,7 @@ _Worst = wp.types.vector(length=8, dtype=wp.float64)
 
 
 @functools.cache
-def _march_kernel(kinds_used):
+def march_kernel(kinds_used):
     """The kernel that walks along rays."""
     element = cells.element_field(kinds_used).warp(wp.float64)
     primitives = {cell.kind: cell.primitive for cell in cells.CELLS.values()}
@@ -160,7 +160,7 @@ class _Scene:
 
 
 @functools.cache
-def _describe_kernel(kinds_used):
+def describe_kernel(kinds_used):
     """The kernel that writes what rays hit: normals, and materials mixed by weight."""
     element = cells.element_field(kinds_used).warp(wp.float64)
 
@@ -237,7 +237,7 @@ class Referee:
             wp.array(self._spans(eye, directions), dtype=wp.vec2d, device=self.device),
         ]
         scene = [self.rows, self.elements, wp.float64(self.bend)]
-        launch(_march_kernel(self.kinds), count, [*scene, *rays], outputs, device=self.device, grain=16)
+        launch(march_kernel(self.kinds), count, [*scene, *rays], outputs, device=self.device, grain=16)
         depths, gradients, self.steps = (output.numpy() for output in outputs)
         depths = _told(depths)
         return depths, _facing(gradients, directions, np.isfinite(depths))
@@ -264,7 +264,7 @@ class Referee:
             wp.array(values, dtype=dtype, device=self.device)
             for values, dtype in ((points, wp.vec3d), (depths, float), (normals, wp.vec3), (which, int))
         ]
-        launch(_describe_kernel(self.kinds), len(which), [scene, *arrays, hits], device=self.device)
+        launch(describe_kernel(self.kinds), len(which), [scene, *arrays, hits], device=self.device)
 
 
 def _ball(elements, rows):

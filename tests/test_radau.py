@@ -228,7 +228,9 @@ def test_tolerances_that_make_no_sense_are_refused(tolerance):
 def test_contact_is_refused():
     world = World()
     world.add_particles([[0.0, 0.0, 0.0]], [[0.0, 0.0, 0.0]], contact=Bounce(0.5))
-    with pytest.raises(InputError, match=r"set 0 have contact Bounce\(restitution=0.5, .*\), which Radau does not know"):
+    with pytest.raises(
+        InputError, match=r"set 0 have contact Bounce\(restitution=0.5, .*\), which Radau does not know"
+    ):
         Simulation(world, Radau())
 
 

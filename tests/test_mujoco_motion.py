@@ -68,7 +68,7 @@ def test_it_converges_to_our_own_rigid_body_at_order_four():
 
 
 def test_an_orbit_keeps_its_energy():
-    """To RK4's error, which at 4000 steps to a turn is rounding; the body is large, so that its tumbling counts."""
+    """To RK4's error, which at thousands of steps to a turn is rounding; the body is large: its tumbling counts."""
     model, data = free_body(5e-3, **CALM)
     with fs.mujoco.FieldForces(model, data, PLANET, accuracy="points") as forces:
         start = forces.energy()

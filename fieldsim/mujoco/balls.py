@@ -91,7 +91,7 @@ def _thickness(model, geom):
 
 def _shape(model, geom, spacing):
     """Centres (n, 3), in the geom's frame, and semi-axes (3,) of its ellipsoids; of points they are 0."""
-    kind, size = model.geom_type[geom], model.geom_size[geom]
+    kind, size = Kind(int(model.geom_type[geom])), model.geom_size[geom]
     none = np.zeros(3)
     if kind == Kind.mjGEOM_SPHERE:
         return np.zeros((1, 3)), size[[0, 0, 0]]

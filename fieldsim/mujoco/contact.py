@@ -22,6 +22,8 @@ WIDTH = 15
 # The search ends when a step turns the direction by less than this (the depth then is right to its square).
 CLOSE = 1e-8
 STEPS = 40
+# Curvatures count as at least this share of the greatest.
+RIDGE = 1e-3
 # Corners and faces of a cube: where a large ball's search may start.
 _STARTS = np.array([d for d in itertools.product((-1, 0, 1), repeat=3) if np.abs(d).sum() in (1, 3)])
 STARTS = tuple(map(tuple, (_STARTS / np.linalg.norm(_STARTS, axis=1)[:, None]).tolist()))
@@ -45,12 +47,14 @@ def _uphill(native: bool):
         ga, gb = dot(g, a), dot(g, b)
         steep = dot(g, u)
         aa, ab, bb = between(a, h, a) - steep, between(a, h, b), between(b, h, b) - steep
-        det = aa * bb - ab * ab
-        if aa < 0.0 and det > 0.0:
-            da, db = (ab * gb - bb * ga) / det, (ab * ga - aa * gb) / det
-        else:  # no maximum near: straight up
-            size = max(math.sqrt(ga * ga + gb * gb), 1e-300)
-            da, db = 0.5 * ga / size, 0.5 * gb / size
+        # The curvatures, made to lead upwards and nowhere far: along a ridge there is none.
+        middle, half = 0.5 * (aa + bb), 0.5 * (aa - bb)
+        radius = max(math.sqrt(half * half + ab * ab), 1e-300)
+        least = max(RIDGE * (abs(middle) + radius), 1e-300)
+        f, g = 1.0 / max(abs(middle - radius), least), 1.0 / max(abs(middle + radius), least)
+        same, other = 0.5 * (f + g), 0.5 * (g - f) / radius
+        da = same * ga + other * (half * ga + ab * gb)
+        db = same * gb + other * (ab * ga - half * gb)
         length = math.sqrt(da * da + db * db)
         if length > 0.5:
             da, db = 0.5 * da / length, 0.5 * db / length

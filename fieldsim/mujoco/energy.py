@@ -31,14 +31,14 @@ class ModelEnergy:
 
 
 def copy_state(model, source, target) -> None:
-    """Bring `target`, another MjData of the model, to the state of `source`, with all positions and velocities."""
+    """Bring `target`, another MjData of the model, to the state of `source`, without calling anyone's callback."""
     target.time = source.time
     target.qpos[:] = source.qpos
     target.qvel[:] = source.qvel
     target.mocap_pos[:] = source.mocap_pos
     target.mocap_quat[:] = source.mocap_quat
     mujoco.mj_fwdPosition(model, target)
-    mujoco.mj_fwdVelocity(model, target)
+    mujoco.mj_comVel(model, target)
 
 
 def own_energies(model, data) -> tuple[float, float]:

@@ -99,7 +99,7 @@ class FieldForces:
         model, bodies = self.model, self.bodies
         points, balls, law = self._mass_points(), self._balls(), np.zeros(4)
         if self.contact:
-            law[:3] = slope_of(self._materials), self.contact.damping, self.contact.friction
+            law[:] = slope_of(self._materials), self.contact.damping, self.contact.friction, model.opt.timestep
         return Plan(
             bodies,
             model.body_rootid[bodies].astype(np.int64),
@@ -141,8 +141,8 @@ class FieldForces:
         checks.own_data(self.model, self.data)
         checks.options(self.model)
         checks.gravity(self.model, self.keep_gravity)
-        checks.finite(self.model, self.bodies, self._surveyed(self.data))
         self._plan.law[3] = self.model.opt.timestep
+        checks.finite(self.model, self.bodies, self._surveyed(self.data))
         self._warn_of_long_steps()
         callback.begin(self)
         if self.keep_gravity is False:

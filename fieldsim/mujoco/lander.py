@@ -69,8 +69,8 @@ class DonutLander(gymnasium.Env):
 
     Action (4,) in -1..1: thrust along the lander's z axis (-1: none, 1: full), torques about its axes. Observation
     (20,): position, velocity, the lander's x and z axes, angular velocity, gravity at the lander (each 3, world frame),
-    height over the surface, fuel left in 0..1. Reward: gains in height, speed and uprightness, less the fuel spent,
-    100 for a landing, -100 for a crash or for getting lost. A turn is 0.04 units of time.
+        height over the surface, fuel left in 0..1. Reward: what is gained in height, speed and uprightness, fuel spent
+    against it, 100 for a landing, -100 for a crash or for getting lost. A turn is 0.04 units of time.
     """
 
     metadata = {"render_modes": [], "render_fps": 25}  # noqa: RUF012 - gymnasium wants a plain dict

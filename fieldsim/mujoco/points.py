@@ -75,7 +75,7 @@ def _matched(places, shares, wanted):
 
 def _filled(model, geom):
     """Points (n, 3) inside a geom, in its frame, with their volumes (n,); None for one without volume."""
-    kind, size = model.geom_type[geom], model.geom_size[geom]
+    kind, size = Kind(int(model.geom_type[geom])), model.geom_size[geom]
     if kind == Kind.mjGEOM_SPHERE:
         return _ellipsoid(size[[0, 0, 0]])
     if kind == Kind.mjGEOM_ELLIPSOID:

@@ -20,8 +20,8 @@ from fieldsim.world.motion import Pose
 TOLERANCE = 1e-8
 # Where a body has no surface, what comes nearer than this share of its size counts as touching.
 NEAR = 0.25
-# The slope of log F at a distance R of fields (R^2 + softening^2)^(-slope / 2): of a whole plane under Cauchy's kernel,
-# of a whole line under 1/r^2; under 1/r it is a logarithm, and this its order.
+# The slope of log F at a distance R of fields (R^2 + softening^2)^(-slope / 2): of a whole plane under Cauchy, of
+# a whole line under 1/r^2; under 1/r it is a logarithm, and this its order.
 _GENTLE = {Cauchy: 2.0, InverseSquare: 1.0, Newtonian: 0.25}
 
 

@@ -119,7 +119,7 @@ class Renderer:
                 device=self.device,
                 grain=1,
             )
-        self.solver.finish(stage, hits, count)
+        self.solver.finish(stage, samples, hits)
         return hits
 
     def _shade(self, stage, hits, count):

@@ -107,14 +107,26 @@ def _polished(p: Polynomial, x: wp.float64):
 
 
 @wp.func
+def _highest(p: Polynomial):
+    """The greatest Bezier control value on 0..1: p is nowhere above it."""
+    highest = p[0]
+    for k in range(1, _DEGREE + 1):
+        value = wp.float64(0.0)
+        share = wp.float64(1.0)  # binomial(k, j) / binomial(DEGREE, j)
+        for j in range(k + 1):
+            value += share * p[j]
+            share *= wp.float64(k - j) / wp.float64(wp.max(_DEGREE - j, 1))
+        highest = wp.max(highest, value)
+    return highest
+
+
+@wp.func
 def first_rise(p: Polynomial):
     """The least u in 0..1 where p passes 0 upwards; greater than 1 for none."""
-    greatest = wp.abs(p[0])
-    highest = p[0]
-    for j in range(1, _DEGREE + 1):
+    greatest = wp.float64(0.0)
+    for j in range(_DEGREE + 1):
         greatest = wp.max(greatest, wp.abs(p[j]))
-        highest += wp.max(p[j], wp.float64(0.0))
-    if highest < -_SLACK * greatest:
+    if _highest(p) < -_SLACK * greatest:
         return _NONE
     degree = int(_DEGREE)
     while degree > 0 and wp.abs(p[degree]) <= _ROUNDING * greatest:

@@ -90,7 +90,7 @@ class Comparison:
             axes.set_title(name)
         # Below the rounding of float32 there is nothing to see.
         shown = panels[2].imshow(np.maximum(self.error, 1e-8), norm=LogNorm(1e-7, 1.0), cmap=plots.COLORS)
-        panels[2].set_title(f"{int(self.mismatched.sum())} pixels differ in hit or miss (black)", fontsize="medium")
+        panels[2].set_title(f"{int(self.mismatched.sum())} pixels differ (black)")
         panels[2].set_facecolor("0.85")
         rows, columns = np.nonzero(self.mismatched)
         panels[2].plot(columns, rows, "ks", markersize=2)

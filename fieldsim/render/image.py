@@ -155,7 +155,7 @@ class Renderer:
                 device=self.device,
                 grain=1,
             )
-        self.solver.finish(stage, hits, count)
+        self.solver.finish(stage, samples, hits)
         if stage.solids is not None:
             stage.solids.overlay(hits, stage.lights, stage.view.pixel, count)
         return hits

@@ -1,7 +1,9 @@
-"""One quartic an element along the ray, through five samples of its field, as published (McCormack & Sherstyuk 1998).
+"""Quartics along the ray, each through five equally spaced samples of one element's field (McCormack & Sherstyuk 1998).
 
-The samples are equally spaced over the element's interval; those at its ends are taken for 0. There is no control of
-the error and nothing looks at the true field afterwards: the pictures show what the method by itself can do.
+As published there is one quartic for all of an element's interval. That is some four kernel widths long where a ray
+passes a point of which nothing but what matters is kept; longer intervals, along segments or of kernels with long
+tails, are divided evenly, as the thesis does (Sherstyuk 1999, figure 4.5). There is no control of the error and nothing
+looks at the true field afterwards: the pictures show what the method by itself can do.
 """
 
 import functools
@@ -11,6 +13,26 @@ import warp as wp
 from fieldsim.potentials import cells
 from fieldsim.render.hermite import CEILING, Scene
 from fieldsim.render.polynomials import Polynomial, polynomial_sweep, product
+
+_HALF, _TWO, _FOUR, _SIX, _EIGHT, _TWELVE, _SIXTEEN = (
+    wp.constant(wp.float64(k)) for k in (0.5, 2.0, 4.0, 6.0, 8.0, 12.0, 16.0)
+)
+LENGTH = wp.constant(4.0)  # of a quartic at most, in kernel widths
+
+
+@wp.func
+def _part(scene: Scene, i: int, t: float, t0: float, t1: float):
+    """Start and length of the quartic that holds at and after t."""
+    parts = wp.max(wp.ceil((t1 - t0) / (LENGTH * scene.width[i])), 1.0)
+    length = (t1 - t0) / parts
+    # Where one ends, rounding must not choose it.
+    return t0 + wp.floor((t - t0) / length + 1.0e-3) * length, length
+
+
+@wp.func
+def _last(scene: Scene, i: int, t: float, t0: float, t1: float):
+    start, length = _part(scene, i, t, t0, t1)
+    return wp.min(start + length, t1)
 
 
 @functools.cache
@@ -26,20 +48,25 @@ def first_hit(kinds_used):
 
     @wp.func
     def piece(scene: Scene, o: wp.vec3, d: wp.vec3, begin: float, end: float, i: int, t0: float, t1: float):
-        quarter = 0.25 * (t1 - t0)
-        # The quartic is v (1 - v) Q, v = 0..1 over the interval; Q goes through these at w = 4 v - 2 = -1, 0, 1.
-        a = sample(scene, o, d, t0 + quarter, i) * wp.float64(16.0) / wp.float64(3.0)
-        b = sample(scene, o, d, t0 + 2.0 * quarter, i) * wp.float64(4.0)
-        c = sample(scene, o, d, t1 - quarter, i) * wp.float64(16.0) / wp.float64(3.0)
-        v = Polynomial()
-        v[0] = wp.float64((begin - t0) / (t1 - t0))
-        v[1] = wp.float64((end - begin) / (t1 - t0))
-        w = wp.float64(4.0) * v
-        w[0] -= wp.float64(2.0)
-        rest = -v
-        rest[0] += wp.float64(1.0)
-        q = wp.float64(0.5) * (c - a) * w + (wp.float64(0.5) * (a + c) - b) * product(w, w)
-        q[0] += b
-        return product(product(v, rest), q)
+        start, length = _part(scene, i, begin, t0, t1)
+        step = 0.25 * length
+        middle = start + 0.5 * length
+        a = sample(scene, o, d, start, i)
+        b = sample(scene, o, d, middle - step, i)
+        c = sample(scene, o, d, middle, i)
+        e = sample(scene, o, d, middle + step, i)
+        f = sample(scene, o, d, start + length, i)
+        # Through the five at w = -2..2: Newton's central form in even and odd parts.
+        w = Polynomial()
+        w[0] = wp.float64((begin - middle) / step)
+        w[1] = wp.float64((end - begin) / step)
+        w2 = product(w, w)
+        far, near = _HALF * (a + f) - c, _HALF * (b + e) - c
+        far_odd, near_odd = _HALF * (f - a), _HALF * (e - b)
+        even = (_SIXTEEN * near - far) / _TWELVE * w2 + (far - _FOUR * near) / _TWELVE * product(w2, w2)
+        odd = (_EIGHT * near_odd - far_odd) / _SIX * w + (far_odd - _TWO * near_odd) / _SIX * product(w2, w)
+        result = even + odd
+        result[0] += c
+        return result
 
-    return polynomial_sweep(piece)
+    return polynomial_sweep(piece, _last)

@@ -107,11 +107,27 @@ def _polished(p: Polynomial, x: wp.float64):
 
 
 @wp.func
+def _highest(p: Polynomial):
+    """The greatest Bezier control value on 0..1: p is nowhere above it."""
+    highest = p[0]
+    for k in range(1, _DEGREE + 1):
+        value = wp.float64(0.0)
+        share = wp.float64(1.0)  # binomial(k, j) / binomial(DEGREE, j)
+        for j in range(k + 1):
+            value += share * p[j]
+            share *= wp.float64(k - j) / wp.float64(wp.max(_DEGREE - j, 1))
+        highest = wp.max(highest, value)
+    return highest
+
+
+@wp.func
 def first_rise(p: Polynomial):
     """The least u in 0..1 where p passes 0 upwards; greater than 1 for none."""
     greatest = wp.float64(0.0)
     for j in range(_DEGREE + 1):
         greatest = wp.max(greatest, wp.abs(p[j]))
+    if _highest(p) < -_SLACK * greatest:
+        return _NONE
     degree = int(_DEGREE)
     while degree > 0 and wp.abs(p[degree]) <= _ROUNDING * greatest:
         degree -= 1
@@ -136,10 +152,17 @@ def first_rise(p: Polynomial):
     return first
 
 
-def polynomial_sweep(piece):
+@wp.func
+def whole(scene: Scene, i: int, t: float, t0: float, t1: float):
+    """Where the polynomial ends that holds at t of an element's interval t0..t1, if one holds for all of it."""
+    return t1
+
+
+def polynomial_sweep(piece, last=whole):
     """The Warp function that sweeps a ray through sorted intervals (see `hermite.first_hit`).
 
-    piece(scene, o, d, from, to, i, t0, t1): element i's Polynomial in u on from..to, within its interval t0..t1.
+    piece(scene, o, d, from, to, i, t0, t1): element i's Polynomial in u on from..to, within its interval t0..t1;
+    last(scene, i, t, t0, t1): up to where the same polynomial holds as at t.
     """
 
     @wp.func
@@ -166,7 +189,7 @@ def polynomial_sweep(piece):
                 if t0s[k] > t:
                     next = wp.min(next, t0s[k])
                 elif t1s[k] > t:
-                    next = wp.min(next, t1s[k])
+                    next = wp.min(next, last(scene, ids[k], t, t0s[k], t1s[k]))
             p = Polynomial()
             p[0] = wp.float64(-1.0)
             for k in range(count):

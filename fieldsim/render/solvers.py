@@ -45,7 +45,7 @@ class Solver:
         """The candidates among which the tracing kernel looks."""
         return stage.lists
 
-    def finish(self, stage, hits, count) -> None:
+    def finish(self, stage, samples, hits) -> None:
         """What is left to do after the tracing kernel."""
 
 
@@ -69,18 +69,20 @@ class SafeSteps(Solver):
         nothing.ids, nothing.near = stage.lists.ids, stage.lists.near
         return nothing
 
-    def finish(self, stage, hits, count):
+    def finish(self, stage, samples, hits):
         """Write surface hits over what lies behind them."""
-        directions = hits.direction.numpy()[:count].astype(float)
-        # The rays' parameter is in the stage's units, along directions that float32 made longer or shorter than 1.
-        per_depth = stage.unit * np.linalg.norm(directions, axis=1)
+        count, view = samples.shape[0], stage.view
+        x, y = samples.numpy().astype(float).T
+        corner, across, down = (np.array(v, dtype=float) for v in (view.corner, view.across, view.down))
+        directions = corner + x[:, None] * across + y[:, None] * down
+        directions /= np.linalg.norm(directions, axis=1, keepdims=True)
         referee = Referee(stage.surface.elements, stage.lists.ids.device)
         depths, normals = referee.first_hits(stage.eye, directions)
         behind = hits.thing.numpy()[:count] != -1
-        far = np.where(behind, hits.depth.numpy()[:count].astype(float) * per_depth, np.inf)
+        far = np.where(behind, hits.depth.numpy()[:count].astype(float) * stage.unit, np.inf)
         which = np.flatnonzero(depths < far)
-        points = stage.eye + (depths / per_depth * stage.unit)[which, None] * directions[which]
-        referee.describe(hits, which, (depths / per_depth)[which], normals[which], points, stage)
+        points = stage.eye + depths[which, None] * directions[which]
+        referee.describe(hits, which, depths[which] / stage.unit, normals[which], points, stage)
 
 
 def _cells(elements):

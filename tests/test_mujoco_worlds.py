@@ -95,7 +95,7 @@ def test_planets_follow_their_motion():
 
 def test_planets_that_cannot_be_are_refused(monkeypatch):
     for match, body, options in (
-        ("no surface", fs.Body(DONUT, gravity=fs.Newtonian()), {}),
+        ("no surface", fs.Body(DONUT, gravity=fs.Newtonian()), {"kind": "mesh"}),
         ("is no", None, {}),
         ("kind is 'hull'", PLANET, {"kind": "hull"}),
         ("fs.Rigid", fs.Body(DONUT, surface=CLAY, motion=fs.Rigid()), {}),

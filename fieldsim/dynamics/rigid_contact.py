@@ -15,7 +15,7 @@ import warp as wp
 
 from fieldsim.dynamics.rigid_gravity import field_of_body
 from fieldsim.dynamics.sources import Stages, field_at
-from fieldsim.dynamics.surfaces import _margin
+from fieldsim.dynamics.surfaces import margin_of
 
 
 @wp.struct
@@ -59,7 +59,7 @@ def begin_of(shells: Shells, block: int):
 @functools.cache
 def room_at(prescribed_kinds):
     """Warp function (point, surfaces, stage) -> a distance within which no prescribed surface can be."""
-    fixed, moving = (_margin(kinds).warp(wp.float64) for kinds in prescribed_kinds)
+    fixed, moving = (margin_of(kinds).warp(wp.float64) for kinds in prescribed_kinds)
 
     @wp.func
     def room(p: wp.vec3d, surfaces: Stages, stage: int):
@@ -111,7 +111,7 @@ def against_prescribed(kinds):
 def against_body(kinds):
     """Warp function (body, other, shells, x, q, force, torque) -> energy of its points in the other's surface."""
     field = field_of_body(kinds)
-    margin = _margin(kinds).warp(wp.float64)
+    margin = margin_of(kinds).warp(wp.float64)
 
     @wp.func
     def contact(

@@ -116,11 +116,11 @@ class Surfaces:
 def _least(x: real, y: real, z: real, rows: Table, kinds: Indices, first: int, count: int):
     least = real(math.inf)
     for i in range(first, first + count):
-        least = min(least, distance(x, y, z, rows, kinds, i) - rows[i, REACH])  # noqa: F821 - bound by `_margin`
+        least = min(least, distance(x, y, z, rows, kinds, i) - rows[i, REACH])  # noqa: F821 - bound by `margin_of`
     return least
 
 
-def _margin(kinds) -> Portable:
+def margin_of(kinds) -> Portable:
     """Portable (x, y, z, rows, kinds, first, count) -> least of distance - reach over the rows."""
     primitives = {cell.kind: cell.primitive for cell in cells.CELLS.values()}
     # Without elements nothing is asked for, but the loop over them wants a function to compile.
@@ -132,8 +132,8 @@ def _margin(kinds) -> Portable:
 def margin_at(kinds_used):
     """Warp function (point, surfaces, stage) -> a distance to the surface that is safe from `stage` to the next."""
     fixed_kinds, moving_kinds = kinds_used
-    fixed = _margin(fixed_kinds).warp(wp.float64)
-    moving = _margin(moving_kinds).warp(wp.float64)
+    fixed = margin_of(fixed_kinds).warp(wp.float64)
+    moving = margin_of(moving_kinds).warp(wp.float64)
 
     @wp.func
     def still(p: wp.vec3d, surfaces: Stages, stage: int):

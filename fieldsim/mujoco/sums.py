@@ -6,12 +6,12 @@ function in Python. `caller(name, native)` calls it either way.
 
 import functools
 
-from fieldsim.dynamics.surfaces import _margin
+from fieldsim.dynamics.surfaces import margin_of
 from fieldsim.potentials import cells
 
 # How many numbers each gives: F and its gradient; also the Hessian; the distance within which no surface can be.
 LENGTHS = {"field": 4, "jet": 10, "margin": 1}
-_PORTABLE = {"field": cells.field_sum, "jet": cells.jet_sum, "margin": _margin}
+_PORTABLE = {"field": cells.field_sum, "jet": cells.jet_sum, "margin": margin_of}
 
 
 def sum_of(name: str, kinds_used, native: bool):

@@ -39,7 +39,7 @@ def script(tmp_path, monkeypatch):
         ({"duration": 0}, "duration is 0"),
         ({"duration": float("nan")}, "duration is nan"),
         ({"fps": 0}, "fps is 0"),
-        ({"integrator": 1e-3}, r"integrator is 0\.001; give fs\.Leapfrog"),
+        ({"integrator": 1e-3}, r"integrator is 0\.001; give one such as fs\.Leapfrog"),
     ],
 )
 def test_bad_scenarios_are_refused(options, words):

@@ -25,7 +25,7 @@ GIVEN_UP = wp.constant(-2.0)  # instead of a distance: too many bells, or a star
 HIGHEST = 60.0  # logarithm of bells that float32 adds up without overflow
 SHORTEST = 0.1  # of segments, in kernel widths: the difference of their error functions has digits left
 
-CUT = 1e-5  # of F, that a bell may be short of
+CUT = 2e-6  # of F, that a bell may be short of
 FLOOR = wp.constant(1.0e-12)  # a field below counts as this, so that its logarithm exists
 MARGIN = wp.constant(0.15)  # of log F; bounds the cubics' error where they decide to skip
 SPLITS = wp.constant(6)

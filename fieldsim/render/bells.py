@@ -18,7 +18,7 @@ from fieldsim.potentials import cells
 from fieldsim.potentials.kernels import Gaussian
 from fieldsim.potentials.point import Point
 from fieldsim.potentials.segment import Segment
-from fieldsim.render import bounds, hermite
+from fieldsim.render import bounds, cubics, hermite
 
 ROOM = wp.constant(48)  # bells of a ray in local memory
 GIVEN_UP = wp.constant(-2.0)  # instead of a distance: too many bells, or a start that may be inside
@@ -27,7 +27,6 @@ SHORTEST = 0.1  # of segments, in kernel widths: the difference of their error f
 
 CUT = 2e-6  # of F, that a bell may be short of
 FLOOR = wp.constant(1.0e-12)  # a field below counts as this, so that its logarithm exists
-MARGIN = wp.constant(0.15)  # of log F; bounds the cubics' error where they decide to skip
 SPLITS = wp.constant(6)
 
 _LEVEL = wp.constant(-math.log(CUT))
@@ -47,43 +46,6 @@ class Bells:
     center: wp.array(dtype=wp.vec4)
     axis: wp.array(dtype=wp.vec4)
     height: wp.array(dtype=wp.vec4)
-
-
-@wp.func
-def _cubic(a: float, da: float, b: float, db: float, u: float):
-    """Value at u of the cubic on 0..1 with values a, b and slopes da, db at the ends."""
-    c2 = 3.0 * (b - a) - 2.0 * da - db
-    c3 = da + db - 2.0 * (b - a)
-    return a + u * (da + u * (c2 + u * c3))
-
-
-@wp.func
-def _cubic_peak(a: float, da: float, b: float, db: float):
-    """Where in 0..1 that cubic has its inner maximum; negative if it has none."""
-    # Slope da + 2 c2 u + 3 c3 u^2; of its two roots, the maximum's, in the form that does not cancel.
-    c2 = 3.0 * (b - a) - 2.0 * da - db
-    c3 = da + db - 2.0 * (b - a)
-    rest = c2 * c2 - 3.0 * c3 * da
-    if rest <= 0.0:
-        return -1.0
-    root = wp.sqrt(rest)
-    if c2 <= 0.0:
-        return da / (root - c2)
-    if c3 == 0.0:
-        return -1.0
-    return -(c2 + root) / (3.0 * c3)
-
-
-@wp.func
-def _suspect(a: float, da: float, b: float, db: float):
-    """Where in 0..1 that cubic, a, b < 0, has an inner maximum that may reach 0; 0 if it has none."""
-    # Its Bezier control values bound a cubic.
-    if wp.max(a + da / 3.0, b - db / 3.0) < -MARGIN:
-        return 0.0
-    u = _cubic_peak(a, da, b, db)
-    if u < 0.005 or u > 0.995 or _cubic(a, da, b, db, u) < -MARGIN:
-        return 0.0
-    return u
 
 
 @wp.func
@@ -329,7 +291,7 @@ def functions(segments):
                     break
                 g_e = -hermite.ON_SURFACE
             if mode == _STEP and g_e < 0.0:
-                u = _suspect(g, s * (t_e - t), g_e, s_e * (t_e - t))
+                u = cubics.suspect(g, s * (t_e - t), g_e, s_e * (t_e - t))
                 if u * (t_e - t) > 0.02 * length and tries < SPLITS:
                     tries += 1
                     t_e = t + u * (t_e - t)
@@ -364,7 +326,7 @@ def functions(segments):
                 g_right = g_e
                 s_right = s_e
             h = right - t
-            t_e = t + h * hermite.cubic_root(g, s * h, g_right, s_right * h)
+            t_e = t + h * cubics.cubic_root(g, s * h, g_right, s_right * h)
         return hit, count
 
     return gather, search

@@ -27,6 +27,7 @@ from fieldsim.potentials import cells
 from fieldsim.potentials.distances import DISTANCES
 from fieldsim.potentials.kernels import Cauchy
 from fieldsim.render import bounds
+from fieldsim.render.cubics import cubic_root
 
 CEILING = wp.constant(1.0e30)  # a field above counts as this, with slope 0: Blinn's exp(256) is beyond float32
 NOTHING = wp.constant(1.0e-30)  # a field below counts as 0
@@ -73,28 +74,6 @@ class Scene:
     turns: wp.array(dtype=wp.mat33)
     shifts: wp.array(dtype=wp.vec3)
     work: wp.array(dtype=int)
-
-
-@wp.func
-def cubic_root(a: float, da: float, b: float, db: float):
-    """A root in 0..1 of that cubic, a < 0 <= b: Newton's steps, safeguarded by bisection."""
-    c2 = 3.0 * (b - a) - 2.0 * da - db
-    c3 = da + db - 2.0 * (b - a)
-    low = float(0.0)
-    high = float(1.0)
-    u = a / (a - b)
-    for _k in range(6):
-        value = a + u * (da + u * (c2 + u * c3))
-        slope = da + u * (2.0 * c2 + 3.0 * u * c3)
-        if value < 0.0:
-            low = u
-        else:
-            high = u
-        if slope > 0.0:
-            u -= value / slope
-        if slope <= 0.0 or u <= low or u >= high:
-            u = 0.5 * (low + high)
-    return u
 
 
 @wp.func

@@ -30,6 +30,7 @@ from fieldsim.potentials.circle import Circle
 from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Metaball, Newtonian, Quartic, SoftObject
 from fieldsim.potentials.plane import Plane
 from fieldsim.potentials.point import Point
+from fieldsim.potentials.reach import measure as measure_of
 from fieldsim.potentials.segment import Segment
 from fieldsim.potentials.triangle import Triangle
 
@@ -49,18 +50,8 @@ _POWERS = {Cauchy: 4, InverseSquare: 2, Newtonian: 1}
 _STEEPEST = {Quartic: 2.0, SoftObject: 1.5351, Metaball: math.sqrt(1.5)}
 _SHARPEST = {Quartic: 8.0, SoftObject: 44.0 / 9.0, Metaball: 6.0}
 
-# Length or area of a primitive.
-_MEASURES = {
-    Point: lambda rows: np.ones(len(rows)),
-    Segment: lambda rows: rows[:, cells.SIZE],
-    Arc: lambda rows: rows[:, cells.SIZE] * rows[:, cells.ANGLE],
-    Circle: lambda rows: rows[:, cells.SIZE] * rows[:, cells.ANGLE],
-    Triangle: lambda rows: rows[:, cells.ANGLE],
-    Plane: lambda rows: np.full(len(rows), math.inf),
-}
 # The greatest length or area within a distance of 1 of a point.
 _NEARBY = {Point: 1.0, Segment: 2.0, Arc: math.tau, Circle: math.tau, Triangle: math.pi, Plane: math.pi}
-_DIMENSIONS = {Point: 0, Segment: 1, Arc: 1, Circle: 1, Triangle: 2, Plane: 2}
 
 
 def with_bounds(elements: cells.Elements) -> tuple[np.ndarray, float]:
@@ -81,7 +72,7 @@ def with_bounds(elements: cells.Elements) -> tuple[np.ndarray, float]:
 
 def check(cell: cells.Cell) -> None:
     """Raise InputError for a cell whose field's growth has no known bound."""
-    if cell.primitive not in _MEASURES:
+    if cell.primitive not in _NEARBY:
         raise InputError(
             f"the solver 'referee' knows no safe step beside {cell.kernel.__name__} on {cell.primitive.__name__}; "
             "give solver='hermite'"
@@ -92,7 +83,7 @@ def _bounded(cell, rows):
     """Rows of one cell with their bounds, and the bend of each."""
     kernel, primitive = cell.kernel, cell.primitive
     width, strength = rows[:, cells.KERNEL], np.abs(rows[:, cells.STRENGTH])
-    measure = _MEASURES[primitive](rows)
+    measure = measure_of(primitive, rows)
     flat = primitive is Plane
     if flat and kernel in (Newtonian, InverseSquare):
         return _plane_without_integral(kernel, rows, width, strength)
@@ -106,7 +97,7 @@ def _bounded(cell, rows):
         bend = amount * sharpest
     elif kernel is Gaussian:
         family = GAUSSIANS
-        whole = (math.sqrt(math.pi) / width) ** _DIMENSIONS[primitive]
+        whole = (math.sqrt(math.pi) / width) ** primitive.dimension
         amount = strength * (measure if primitive in (Arc, Circle) else np.minimum(measure, whole))
         peak = np.exp(np.minimum(rows[:, cells.FOLD], _LIMIT))
         bend = strength * measure * peak * 2.0 * width**2
@@ -115,7 +106,7 @@ def _bounded(cell, rows):
             rows[:, CORE] = np.sqrt(np.maximum(height, 1e-12)) / width
     else:
         family = COMPACT
-        nearby = np.minimum(measure, _NEARBY[primitive] * width ** _DIMENSIONS[primitive])
+        nearby = np.minimum(measure, _NEARBY[primitive] * width**primitive.dimension)
         amount = strength * nearby
         # What x and what x' reach, together.
         rows[:, SLOPE] = _STEEPEST[kernel] / width * np.sqrt(strength * np.minimum(measure, 2.0 * nearby))

@@ -1,0 +1,104 @@
+"""A snapshot on a device, as one camera sees it."""
+
+import functools
+import math
+
+import numpy as np
+import warp as wp
+
+from fieldsim.render import bells, bounds, shadows
+from fieldsim.render.candidates import TILE, View, candidates, capsules
+from fieldsim.render.hermite import Scene
+from fieldsim.render.shading import Balls, lights_of
+from fieldsim.render.sky import sky_of
+from fieldsim.render.solids import SolidStage
+from fieldsim.render.solids_skeleton import drawn
+
+
+class Stage:
+    """A snapshot on the device, as one camera sees it: lengths relative to the eye, in units of `unit`."""
+
+    def __init__(self, snapshot, camera, renderer):
+        self.device = device = renderer.device
+        centers, radii, colors = snapshot.spheres
+        self.eye = eye = np.asarray(camera.eye)
+        self.view = _view(camera, renderer.size)
+        self.surface, solids = drawn(snapshot, renderer.mode, eye, self.view.pixel)
+        surface = self.surface
+        renderer.solver.check(surface.elements)
+        self.count = len(surface.elements)
+        self.kinds = surface.elements.kinds_used
+        self.unit = bounds.unit_of(surface.elements, radii if len(radii) else solids.lengths)
+        self.bounded = bounded = bounds.bound(surface.elements, eye, self.unit, renderer.tolerance)
+        self.scene = _scene(bounded, surface, eye, self.unit, renderer.tolerance, device)
+        self.bells = bells.kind_of(bounded)
+        self.table = bells.bells_of(bounded, device) if self.bells else None
+        shapes = capsules(bounded.start, bounded.end, bounded.radius, device)
+        self.lists = candidates(self.view, shapes, device)
+        centers, radii = (centers - eye) / self.unit, radii / self.unit
+        ball_shapes = capsules(centers, centers, radii, device)
+        self.ball_lists = candidates(self.view, ball_shapes, device)
+        self.lights = lights_of(snapshot.world.lights, eye, self.unit, renderer.shadows, device)
+        self.sky = sky_of(snapshot.world.background, self.view.pixel)
+        self.solids = SolidStage(solids, eye, self.unit, device) if len(solids) else None
+        self._bvhs = []
+        self.shadows = needed = renderer.shadows and any(light.shadows for light in snapshot.world.lights)
+        if self.bells:
+            self.blockers = shadows.blockers_of(self.lights, bounded, self, device)
+        self.balls = Balls()
+        self.balls.center = ball_shapes.start
+        self.balls.radius = ball_shapes.radius
+        self.balls.color = wp.array(colors, dtype=wp.vec3, device=device)
+        self.balls.tree = self._tree(centers, centers, radii, device) if needed else wp.uint64(0)
+
+    @functools.cached_property
+    def tree(self):
+        """A tree of all elements, for rays that come from anywhere."""
+        bounded = self.bounded
+        if not self.shadows:
+            return wp.uint64(0)
+        return self._tree(bounded.start, bounded.end, bounded.radius, self.device)
+
+    def _tree(self, start, end, radius, device):
+        if not len(start):
+            return wp.uint64(0)
+        low = np.minimum(start, end) - radius[:, None]
+        high = np.maximum(start, end) + radius[:, None]
+        tree = wp.Bvh(wp.array(low, dtype=wp.vec3, device=device), wp.array(high, dtype=wp.vec3, device=device))
+        self._bvhs.append(tree)
+        return tree.id
+
+
+def _scene(bounded, surface, eye, unit, tolerance, device) -> Scene:
+    scene = Scene()
+    scene.rows = wp.array(bounded.rows, dtype=float, ndim=2, device=device)
+    scene.kinds = wp.array(bounded.kinds, dtype=int, device=device)
+    scene.shape = wp.array(bounded.shape, dtype=int, device=device)
+    scene.reach = wp.array(bounded.reach, dtype=float, device=device)
+    scene.core = wp.array(bounded.core, dtype=float, device=device)
+    scene.width = wp.array(bounded.width, dtype=float, device=device)
+    scene.bend = wp.array(bounded.bend, dtype=float, device=device)
+    scene.order = wp.array(bounded.order, dtype=int, device=device)
+    scene.exact = wp.array(bounded.rows, dtype=wp.float64, ndim=2, device=device)
+    scene.tolerance = tolerance
+    scene.owner = wp.array(surface.owner, dtype=int, device=device)
+    table = [(*m.rgb, m.ambient, m.diffuse, m.specular, m.shininess, 0.0, *m.texture_row) for m in surface.materials]
+    scene.materials = wp.array(np.array(table).reshape(-1, 15), dtype=float, ndim=2, device=device)
+    turns = [pose.matrix.T for pose in surface.poses]
+    shifts = [turn @ (eye - pose.position) for turn, pose in zip(turns, surface.poses, strict=True)]
+    turns = unit * np.array(turns).reshape(-1, 3, 3)
+    scene.turns = wp.array(turns, dtype=wp.mat33, device=device)
+    scene.shifts = wp.array(np.array(shifts).reshape(-1, 3), dtype=wp.vec3, device=device)
+    return scene
+
+
+def _view(camera, size) -> View:
+    width, height = size
+    right, up, forward = camera.axes()
+    pixel = 2.0 * math.tan(math.radians(camera.fov) / 2.0) / height
+    view = View()
+    view.across, view.down = wp.vec3d(*(pixel * right)), wp.vec3d(*(-pixel * up))
+    view.corner = wp.vec3d(*(forward - 0.5 * width * pixel * right + 0.5 * height * pixel * up))
+    view.right, view.up, view.forward = wp.vec3(*right), wp.vec3(*up), wp.vec3(*forward)
+    view.width, view.height, view.tiles, view.pixel = width, height, -(-width // TILE), pixel
+    return view

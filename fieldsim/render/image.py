@@ -13,7 +13,9 @@ from fieldsim.launch import device_named, launch
 from fieldsim.render import bounds, layers, shadows
 from fieldsim.render.camera import Camera
 from fieldsim.render.candidates import TILE
-from fieldsim.render.primary import OVERFLOW, bells_kernel, trace_kernel
+from fieldsim.render.lanes import CPU_WIDTH
+from fieldsim.render.primary import OVERFLOW, trace_kernel
+from fieldsim.render.primary_bells import bells_kernel
 from fieldsim.render.shading import BALLS, Hits, shade_kernel
 from fieldsim.render.solids_skeleton import MODES
 from fieldsim.render.solvers import solver_named
@@ -72,6 +74,7 @@ class Renderer:
         self.solver = solver_named(solver)
         self.tolerance = validate.number("Renderer", "tolerance", tolerance, above=0.0)
         self.rays = 0
+        self._lanes = 1 if self.device.is_cuda else CPU_WIDTH
         self._hits = {}
         self._warned = False
         self._layout()
@@ -136,7 +139,7 @@ class Renderer:
             layers.prepare(hits, count, stage.scene.materials.shape[0], self.device)
         inputs = [stage.view, stage.scene, self.solver.lists(stage), stage.balls, stage.ball_lists]
         if stage.bells and not layered and self.solver.name == "hermite":
-            kernel = bells_kernel(stage.kinds, stage.bells == "segments")
+            kernel = bells_kernel(stage.bells == "segments", self._lanes)
             given = [stage.view, stage.scene, stage.table, stage.lists, stage.balls, stage.ball_lists]
             self._launch_groups(kernel, count, [*given, samples, hits])
         else:
@@ -166,7 +169,7 @@ class Renderer:
         rays = wp.empty(count, dtype=int, device=self.device)
         inputs = [stage.balls, stage.lights, stage.sky]
         if stage.bells:
-            kernel = shadows.shade_kernel(stage.bells == "segments")
+            kernel = shadows.shade_kernel(stage.bells == "segments", self._lanes)
             self._launch_groups(kernel, count, [stage.table, stage.blockers, *inputs, hits, color, rays])
         else:
             inputs = [stage.scene, stage.tree, *inputs]

@@ -7,7 +7,7 @@ import functools
 import warp as wp
 
 from fieldsim.potentials import cells
-from fieldsim.render import bells, hermite
+from fieldsim.render import hermite
 from fieldsim.render.candidates import TILE, Candidates, View, direction, exact_direction
 from fieldsim.render.shading import BALLS, Balls, Hits
 from fieldsim.render.textures import color_at
@@ -287,49 +287,3 @@ def trace_kernel(kinds_used, in_scratch=False, layered=False, first_hit=hermite.
         trace(i, view, scene, lists, balls, ball_lists, samples, hits, ids, t0s, t1s, _ROOM)
 
     return trace_samples
-
-
-@functools.cache
-def bells_kernel(kinds_used, segments):
-    """The kernel that traces samples of scenes made of bells."""
-    gather, search = bells.functions(segments)
-    record = recorder(kinds_used)
-    room = int(bells.ROOM)
-
-    @wp.kernel(module="unique", enable_backward=False)
-    def trace_bells(
-        start: int,
-        group: int,
-        view: View,
-        scene: hermite.Scene,
-        table: bells.Bells,
-        lists: Candidates,
-        balls: Balls,
-        ball_lists: Candidates,
-        samples: wp.array(dtype=wp.vec2),
-        hits: Hits,
-    ):
-        ids = wp.zeros(shape=room, dtype=int)
-        bell = wp.zeros(shape=room, dtype=wp.vec4)
-        ends = wp.zeros(shape=wp.static(room if segments else 1), dtype=wp.vec4)
-        t0s = wp.zeros(shape=room, dtype=float)
-        t1s = wp.zeros(shape=room, dtype=float)
-        o = wp.vec3(0.0, 0.0, 0.0)
-        first = (start + wp.tid()) * group
-        for i in range(first, wp.min(first + group, samples.shape[0])):
-            s = samples[i]
-            d = direction(view, s[0], s[1])
-            tile = int(s[1]) // TILE * view.tiles + int(s[0]) // TILE
-            far, ball = nearest_ball(d, tile, ball_lists, balls)
-            count = int(0)
-            opaque = float(far)
-            for k in range(lists.first[tile], lists.first[tile + 1]):
-                j = lists.ids[k]
-                if lists.near[j] >= opaque:
-                    break
-                count, opaque = gather(j, o, d, opaque, table, ids, bell, ends, t0s, t1s, count)
-            hit, count = search(far, opaque, False, ids, bell, ends, t0s, t1s, count)
-            exact = exact_direction(view, s[0], s[1])
-            record(i, d, exact, hit, -1.0, far, ball, scene, balls, hits, ids, t1s, count)
-
-    return trace_bells

@@ -13,12 +13,15 @@ import numpy as np
 import warp as wp
 
 from fieldsim.launch import launch
-from fieldsim.render import bells, hermite
+from fieldsim.render import lockstep
+from fieldsim.render.bells import Bells
 from fieldsim.render.candidates import sorted_lists
+from fieldsim.render.lanes import OPTIONS
 from fieldsim.render.shading import Balls, Hits, Lights, ball_shadow, behind_shape, lit, towards, unlit
 from fieldsim.render.sky import Sky
 
 _MOST = 256  # cells along a side of a grid
+_DARK, _LIT = (wp.constant(k) for k in (-2, -1))  # instead of a list of what may block a ray
 
 
 @wp.struct
@@ -112,91 +115,150 @@ def _rectangles(toward, bounded, order, side):
 
 
 @functools.cache
-def shade_kernel(segments):
-    """The kernel that shades hits on surfaces made of bells."""
-    gather, search = bells.functions(segments)
-    room = int(bells.ROOM)
+def shade_kernel(segments, width):
+    """The kernel that shades hits on surfaces made of bells, `width` at a time."""
+    first_hits = lockstep.first_hits_function(segments, width, shadow=True)
+    rows = int(lockstep.RAY_ROWS)
+    room = lockstep.ROOM
 
     @wp.func
-    def surface_shadow(
-        p: wp.vec3,
-        toward: wp.vec3,
-        far: float,
-        light: int,
-        table: bells.Bells,
-        blockers: Blockers,
-        ids: wp.array(dtype=int),
-        bell: wp.array(dtype=wp.vec4),
-        ends: wp.array(dtype=wp.vec4),
-        t0s: wp.array(dtype=float),
-        t1s: wp.array(dtype=float),
-    ):
-        """Where something blocks the light, NO_HIT or GIVEN_UP."""
-        count = int(0)
-        opaque = float(far)
-        grid = blockers.grid[light]
-        if grid >= 0:
-            right = blockers.right[grid]
-            up = blockers.up[grid]
-            x = int(wp.floor(right[0] * p[0] + right[1] * p[1] + right[2] * p[2] + right[3]))
-            y = int(wp.floor(up[0] * p[0] + up[1] * p[1] + up[2] * p[2] + up[3]))
-            if wp.min(x, y) < 0 or wp.max(x, y) >= blockers.side:
-                return hermite.NO_HIT
-            cell = (grid * blockers.side + y) * blockers.side + x
-            for k in range(blockers.first[cell], blockers.first[cell + 1]):
-                count, opaque = gather(blockers.ids[k], p, toward, far, table, ids, bell, ends, t0s, t1s, count)
-                if opaque < far:
-                    return opaque
-        else:
-            query = wp.bvh_query_ray(blockers.tree, p, toward)
-            i = int(0)
-            while wp.bvh_query_next(query, i, far):
-                count, opaque = gather(i, p, toward, far, table, ids, bell, ends, t0s, t1s, count)
-                if opaque < far:
-                    return opaque
-        hit, _count = search(far, far, True, ids, bell, ends, t0s, t1s, count)
-        return hit
+    def cell_of(p: wp.vec3, grid: int, blockers: Blockers):
+        """The cell of a grid in which p lies; _LIT for none."""
+        right = blockers.right[grid]
+        up = blockers.up[grid]
+        x = int(wp.floor(right[0] * p[0] + right[1] * p[1] + right[2] * p[2] + right[3]))
+        y = int(wp.floor(up[0] * p[0] + up[1] * p[1] + up[2] * p[2] + up[3]))
+        if wp.min(x, y) < 0 or wp.max(x, y) >= blockers.side:
+            return _LIT
+        return (grid * blockers.side + y) * blockers.side + x
 
-    @wp.kernel(module="unique", enable_backward=False)
+    @wp.func
+    def aim(
+        lane: int,
+        i: int,
+        light: int,
+        lights: Lights,
+        blockers: Blockers,
+        balls: Balls,
+        hits: Hits,
+        cast: wp.array(dtype=int),
+        rays: wp.array(dtype=float),
+    ):
+        """A ray to a light. Returns its list: a cell, or its lane where there is no grid; _DARK or _LIT without."""
+        if hits.thing[i] == -1:
+            return _DARK
+        p = hits.depth[i] * hits.direction[i] + hits.lift[i] * hits.normal[i]
+        toward, far = towards(p, lights.where[light])
+        if wp.dot(hits.normal[i], toward) <= 0.0:
+            return _DARK
+        for k in range(3):
+            rays[(lockstep.START + k) * width + lane] = p[k]
+            rays[(lockstep.DIRECTION + k) * width + lane] = toward[k]
+        rays[rows * width + lane] = far
+        if lights.shadows[light] == 0:
+            return _LIT
+        cast[i] += 1
+        if behind_shape(i, light, hits) or ball_shadow(p, toward, far, balls):
+            return _DARK
+        if blockers.grid[light] < 0:
+            return lane
+        return cell_of(p, blockers.grid[light], blockers)
+
+    @wp.func
+    def meet(
+        key: int,
+        grid: int,
+        table: Bells,
+        blockers: Blockers,
+        rays: wp.array(dtype=float),
+        found: wp.array(dtype=int),
+    ):
+        """Look for hits of the rays with that key."""
+        # Distances matter where the first hit does.
+        near = rays
+        if grid >= 0:
+            first_hits(table, blockers.ids, blockers.first[key], blockers.first[key + 1], near, rays, found)
+            return
+        p = wp.vec3(rays[key], rays[width + key], rays[2 * width + key])
+        d = wp.vec3(rays[3 * width + key], rays[4 * width + key], rays[5 * width + key])
+        far = rays[lockstep.FAR * width + key]
+        query = wp.bvh_query_ray(blockers.tree, p, d)
+        i = int(0)
+        count = int(0)
+        while wp.bvh_query_next(query, i, far):
+            if count < room:
+                found[count] = i
+            count += 1
+        if count > room:
+            rays[lockstep.HIT * width + key] = lockstep.GIVEN_UP
+        else:
+            first_hits(table, found, 0, count, near, rays, found)
+
+    @wp.func
+    def shade(
+        first: int,
+        number: int,
+        light: int,
+        table: Bells,
+        blockers: Blockers,
+        lights: Lights,
+        hits: Hits,
+        color: wp.array(dtype=wp.vec3),
+        cast: wp.array(dtype=int),
+        rays: wp.array(dtype=float),
+        keys: wp.array(dtype=int),
+        found: wp.array(dtype=int),
+    ):
+        """Add what a light gives."""
+        for leader in range(number):
+            key = keys[leader]
+            if key >= 0:
+                for lane in range(width):
+                    rays[lockstep.FAR * width + lane] = 0.0
+                    if lane < number and keys[lane] == key:
+                        rays[lockstep.FAR * width + lane] = rays[rows * width + lane]
+                meet(key, blockers.grid[light], table, blockers, rays, found)
+                for lane in range(leader, number):
+                    if keys[lane] == key:
+                        hit = rays[lockstep.HIT * width + lane]
+                        keys[lane] = wp.where(hit < 0.0, _LIT, _DARK)
+                        if hit == lockstep.GIVEN_UP:
+                            cast[first + lane] = -(1 << 20)
+            if keys[leader] == _LIT:
+                toward = wp.vec3(rays[3 * width + leader], rays[4 * width + leader], rays[5 * width + leader])
+                i = first + leader
+                color[i] = color[i] + lit(i, toward, lights.color[light], hits)
+
+    @wp.kernel(module="unique", enable_backward=False, module_options=OPTIONS)
     def shade_bells(
         start: int,
         group: int,
-        table: bells.Bells,
+        table: Bells,
         blockers: Blockers,
         balls: Balls,
         lights: Lights,
         sky: Sky,
         hits: Hits,
         color: wp.array(dtype=wp.vec3),
-        rays: wp.array(dtype=int),
+        cast: wp.array(dtype=int),
     ):
-        ids = wp.zeros(shape=room, dtype=int)
-        bell = wp.zeros(shape=room, dtype=wp.vec4)
-        ends = wp.zeros(shape=wp.static(room if segments else 1), dtype=wp.vec4)
-        t0s = wp.zeros(shape=room, dtype=float)
-        t1s = wp.zeros(shape=room, dtype=float)
-        first = (start + wp.tid()) * group
-        for i in range(first, wp.min(first + group, color.shape[0])):
-            result = unlit(i, hits, sky)
-            cast = int(0)
-            if hits.thing[i] != -1:
-                p = hits.depth[i] * hits.direction[i] + hits.lift[i] * hits.normal[i]
-                for k in range(lights.where.shape[0]):
-                    toward, far = towards(p, lights.where[k])
-                    dark = float(hermite.NO_HIT)
-                    if wp.dot(hits.normal[i], toward) <= 0.0:
-                        continue
-                    if lights.shadows[k] == 1:
-                        cast += 1
-                        if behind_shape(i, k, hits) or ball_shadow(p, toward, far, balls):
-                            continue
-                        dark = surface_shadow(p, toward, far, k, table, blockers, ids, bell, ends, t0s, t1s)
-                        if dark == bells.GIVEN_UP:
-                            cast = -1
-                            break
-                    if dark < 0.0:
-                        result += lit(i, toward, lights.color[k], hits)
-            color[i] = result
-            rays[i] = cast
+        rays = wp.zeros(shape=wp.static((rows + 1) * width), dtype=float)
+        keys = wp.zeros(shape=width, dtype=int)
+        found = wp.zeros(shape=room, dtype=int)
+        begin = (start + wp.tid()) * group
+        end = wp.min(begin + group, color.shape[0])
+        for first in range(begin, end, width):
+            number = wp.min(end - first, width)
+            seen = int(0)
+            for lane in range(number):
+                color[first + lane] = unlit(first + lane, hits, sky)
+                cast[first + lane] = 0
+                seen += wp.where(hits.thing[first + lane] == -1, 0, 1)
+            if seen == 0:
+                continue
+            for light in range(lights.where.shape[0]):
+                for lane in range(number):
+                    keys[lane] = aim(lane, first + lane, light, lights, blockers, balls, hits, cast, rays)
+                shade(first, number, light, table, blockers, lights, hits, color, cast, rays, keys, found)
 
     return shade_bells

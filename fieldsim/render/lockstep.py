@@ -1,0 +1,315 @@
+"""First hits of several rays with the surface F = 1 of bells, side by side.
+
+Each ray has a bracket in which the surface may be. There log F is followed from node to node by cubics; all rays
+evaluate their fields together, each at its own place, until the last has its answer. `lanes` explains the C++.
+"""
+
+import functools
+
+import warp as wp
+
+from fieldsim.render import cubics, hermite
+from fieldsim.render.bells import CUT, LEVEL, SHARE, Bells
+from fieldsim.render.lanes import cpp
+
+GIVEN_UP = wp.constant(-2.0)  # instead of a distance: a ray that may start inside, or meets too many bells
+# Rows of what goes in and out: a ray's start, its direction, how far it goes (0: nowhere), and its hit.
+START, DIRECTION, FAR, HIT, RAY_ROWS = (wp.constant(k) for k in (0, 3, 6, 7, 8))
+ROOM = 96  # bells of a group of rays
+
+_CONSTANTS = {
+    "ROOM": ROOM,
+    "LEVEL": LEVEL,
+    "CUT": CUT,
+    "FLOOR": 1.0e-12,  # a field below counts as this, so that its logarithm exists
+    "ABSENT": -1.0e30,  # the q of a bell that a ray does not meet
+    "FOREVER": float(hermite.FOREVER),
+    "NO_HIT": float(hermite.NO_HIT),
+    "GIVEN_UP": float(GIVEN_UP),
+    "ON_SURFACE": float(hermite.ON_SURFACE),
+    "MARGIN": float(cubics.MARGIN),
+    "CLOSE": 0.01,  # of log F; one Newton step from here leaves an error of its square
+    "TRIES": 12,
+    "SPLITS": 6,
+    "MOST": 400,  # evaluations
+}
+
+# The bells that the rays meet: q, k, m; for segments also the position and slope along it, times a, and a slab around.
+_GATHER = """
+constexpr int STRIDE = SEGMENTS ? 7 : 3;
+int ids[ROOM];
+V bell[ROOM * STRIDE];
+int count = 0;
+const V ox = load(rays.data, 0), oy = load(rays.data, 1), oz = load(rays.data, 2);
+const V dx = load(rays.data, 3), dy = load(rays.data, 4), dz = load(rays.data, 5);
+const V far = load(rays.data, 6);
+V opaque = far;
+// Where low <= along + slope t <= high.
+auto slab = [&](V along, V slope, float low, float high, V& s0, V& s1) {
+    V safe = size(slope) < 1.0e-6f ? (V)1.0e-6f : slope;
+    V a = (low - along) / safe, b = (high - along) / safe;
+    s0 = least(a, b);
+    s1 = most(a, b);
+};
+for (int at = first; at < last; ++at) {
+    const int i = list.data[at];
+    if (!SHADOW && near.data[i] >= top(opaque))
+        break;
+    const auto& c = table.center.data[i];
+    const auto& h = table.height.data[i];
+    const auto& axis = table.axis.data[i];
+    const bool line = SEGMENTS && axis[3] > 0.0f;
+    V tx = c[0] - ox, ty = c[1] - oy, tz = c[2] - oz;
+    V ex = dx, ey = dy, ez = dz, along = 0.0f, slope = 0.0f, k = c[3], per_k = 1.0f / c[3];
+    V m = tx * ex + ty * ey + tz * ez;
+    if (line) {
+        // Across the segment's axis.
+        along = -(axis[0] * tx + axis[1] * ty + axis[2] * tz);
+        slope = axis[0] * dx + axis[1] * dy + axis[2] * dz;
+        tx += axis[0] * along; ty += axis[1] * along; tz += axis[2] * along;
+        ex -= axis[0] * slope; ey -= axis[1] * slope; ez -= axis[2] * slope;
+        k = c[3] * most(ex * ex + ey * ey + ez * ez, (V)1.0e-12f);
+        per_k = 1.0f / k;
+        m = c[3] * per_k * (tx * ex + ty * ey + tz * ez);
+    }
+    const V rx = tx - m * ex, ry = ty - m * ey, rz = tz - m * ez;
+    V q = h[0] - c[3] * (rx * rx + ry * ry + rz * rz);
+    const V half = root((q + LEVEL) * per_k);
+    V low = most(m - half, (V)0.0f), high = least(m + half, opaque), s0 = -FOREVER, s1 = FOREVER;
+    if (line) {
+        const float reach = sqrtf((h[0] + LEVEL) / c[3]);
+        slab(along, slope, -reach, axis[3] + reach, s0, s1);
+        low = most(low, s0);
+        high = least(high, s1);
+    }
+    const C met = low < high;
+    if (!any(met))
+        continue;
+    if (count == ROOM) {
+        count = -1;
+        break;
+    }
+    const V certain = q + h[1];
+    if (any(met & (certain > 0.0f))) {
+        const V inner = root(certain * per_k);
+        V c0 = m - inner, c1 = m + inner;
+        if (line) {
+            V a0, a1;
+            slab(along, slope, 0.0f, axis[3], a0, a1);
+            c0 = most(c0, a0);
+            c1 = least(c1, a1);
+        }
+        opaque = ((certain > 0.0f) & (c0 > 0.0f) & (c0 < c1)) ? least(opaque, c0) : opaque;
+        if (SHADOW && !any((opaque >= far) & (far > 0.0f)))
+            break;
+    }
+    ids[count] = i;
+    V* const b = bell + count * STRIDE;
+    b[0] = met ? q : (V)ABSENT;
+    b[1] = k;
+    b[2] = m;
+    if (SEGMENTS) {
+        const float a = sqrtf(c[3]);
+        b[3] = met ? a * along : (V)(0.5f * a * axis[3]);
+        b[4] = met ? a * slope : (V)0.0f;
+        b[5] = s0;
+        b[6] = s1;
+    }
+    ++count;
+}
+"""
+
+# Log F and its slope; the next node's distance: a kernel's width, or up to where the next bell begins.
+_FIELD = """
+auto total = [&](V t, V& g, V& s) {
+    V f = FLOOR, slope = 0.0f;
+    for (int j = 0; j < count; ++j) {
+        const V* const b = bell + j * STRIDE;
+        const V u = t - b[2], ku = b[1] * u;
+        V one = exp(b[0] - ku * u), fall = -2.0f * ku * one;
+        const float length = SEGMENTS ? table.axis.data[ids[j]][3] : 0.0f;
+        if (length > 0.0f) {
+            V part, change;
+            share(b[3] + b[4] * t, sqrtf(table.center.data[ids[j]][3]) * length, table.height.data[ids[j]][2],
+                part, change);
+            fall = fall * part + b[4] * change * one;
+            one *= part;
+        }
+        f += one;
+        slope += fall;
+    }
+    g = log(f);
+    s = slope / f;
+};
+auto within = [&](const V* b, V extra, V& low, V& high) {
+    const V half = root((b[0] + extra) / b[1]);
+    low = b[2] - half;
+    high = b[2] + half;
+    if (SEGMENTS) {
+        low = most(low, b[5]);
+        high = least(high, b[6]);
+    }
+    return low < high;
+};
+auto stride = [&](V t) {
+    V far = FOREVER, low, high;
+    for (int j = 0; j < count; ++j) {
+        const C on = within(bell + j * STRIDE, (V)LEVEL, low, high) & (t < high);
+        const V ahead = most(low - t, (V)(1.0f / sqrtf(table.center.data[ids[j]][3])));
+        far = on ? least(far, ahead) : far;
+    }
+    return most(far, 1.0e-6f * t);
+};
+"""
+
+# Cubics on 0..1 with values a, b and slopes da, db at the ends, as in `cubics`.
+_CUBICS = """
+auto cubic_root = [&](V a, V da, V b, V db) {
+    const V c2 = 3.0f * (b - a) - 2.0f * da - db, c3 = da + db - 2.0f * (b - a);
+    V low = 0.0f, high = 1.0f, u = a / (a - b);
+    for (int k = 0; k < 3; ++k) {
+        const V value = a + u * (da + u * (c2 + u * c3)), slope = da + u * (2.0f * c2 + 3.0f * u * c3);
+        low = value < 0.0f ? u : low;
+        high = value < 0.0f ? high : u;
+        const V next = u - value / slope;
+        u = ((slope > 0.0f) & (next > low) & (next < high)) ? next : 0.5f * (low + high);
+    }
+    return u;
+};
+auto suspect = [&](V a, V da, V b, V db) {
+    const V bound = most(a + da * (1.0f / 3.0f), b - db * (1.0f / 3.0f));
+    const V c2 = 3.0f * (b - a) - 2.0f * da - db, c3 = da + db - 2.0f * (b - a);
+    const V rest = root(c2 * c2 - 3.0f * c3 * da);
+    const V u = c2 > 0.0f ? (-c2 - rest) / (3.0f * c3) : da / (rest - c2);
+    const V value = a + u * (da + u * (c2 + u * c3));
+    return ((u > 0.005f) & (u < 0.995f) & (bound > -MARGIN) & (value > -MARGIN)) ? u : (V)0.0f;
+};
+"""
+
+# Where the first hit can be: among n bells F < 1 wherever each is below 1/n, and where the peaks add up to less than 1.
+_BRACKET = """
+V number_met = 0.0f, t = FOREVER, end = 0.0f, peaks = 0.0f, hit = NO_HIT;
+for (int j = 0; j < count; ++j)
+    number_met += bell[j * STRIDE] > 0.5f * ABSENT ? (V)1.0f : (V)0.0f;
+const V allowed = log(most(number_met, (V)1.0f));
+for (int j = 0; j < count; ++j) {
+    const V* const b = bell + j * STRIDE;
+    V low, high;
+    const C here = within(b, allowed, low, high);
+    t = here ? least(t, low) : t;
+    end = here ? most(end, high) : end;
+    // A bell that is behind falls from its value at the start.
+    const V u = least(b[2], (V)0.0f);
+    peaks += exp(b[0] - b[1] * u * u);
+}
+const C blocked = opaque < far;
+end = blocked ? opaque : least(end, far);
+t = most(blocked ? least(t, opaque) : t, (V)0.0f);
+C looking = (blocked | (peaks >= 1.0f - CUT)) & (t <= end) & (far > 0.0f);
+if (SHADOW) {
+    hit = blocked ? opaque : hit;
+    looking = looking & !blocked;
+}
+t = looking ? t : (V)0.0f;
+end = looking ? end : (V)0.0f;
+// Only the bells that are above the cut there play a part from here.
+int left = 0;
+for (int j = 0; any(looking) && j < count; ++j) {
+    const V* const b = bell + j * STRIDE;
+    V low, high;
+    if (!any(looking & within(b, (V)LEVEL, low, high) & (low <= end) & (high >= t)))
+        continue;
+    ids[left] = ids[j];
+    for (int k = 0; k < STRIDE; ++k)
+        bell[left * STRIDE + k] = b[k];
+    ++left;
+}
+count = left;
+"""
+
+_SEARCH = """
+V g = 0.0f, s = 0.0f;
+if (any(looking)) {
+    total(t, g, s);
+    C inside = looking & (g >= (SHADOW ? 0.0f : -CUT));
+    if (SHADOW) {
+        // Known to start outside, if only just.
+        inside = inside & (t > 0.0f);
+        g = least(g, (V)-ON_SURFACE);
+    }
+    // On the bound's edge, where one bell is alone, or a start inside.
+    hit = inside ? (t > 0.0f ? t : (V)GIVEN_UP) : hit;
+    looking = looking & !inside;
+}
+if (any(looking)) {
+    V length = stride(t), t_e = least(t + length, end), right = t_e, g_right = 0.0f, s_right = 0.0f, tries = 0.0f;
+    C rooting = looking & !looking;
+    for (int k = 0; k < MOST && any(looking); ++k) {
+        V g_e, s_e;
+        total(t_e, g_e, s_e);
+        // Where one bell alone is opaque, rounding has no say.
+        g_e = (blocked & (t_e >= end)) ? most(g_e, (V)0.0f) : g_e;
+        const C below = g_e < 0.0f;
+        const C near_root = looking & rooting & ((size(g_e) < CLOSE) | (tries > (float)TRIES));
+        const V last = least(most(t_e - g_e / most(s_e, (V)1.0e-20f), t), right);
+        hit = near_root ? (s_e > 0.0f ? last : t_e) : hit;
+        looking = looking & !near_root;
+        const C passed = looking & !rooting & below;
+        C on = passed, split = passed & !passed;
+        V between = t;
+        if (any(passed)) {
+            const V h = t_e - t, u = suspect(g, s * h, g_e, s_e * h);
+            split = passed & (u * h > 0.02f * length) & (tries < (float)SPLITS);
+            between = t + u * h;
+            on = passed & !split;
+            looking = looking & !(on & (t_e >= end));
+        }
+        // Which end of the bracket moves here.
+        const C forward = on | (rooting & below);
+        t = forward ? t_e : t;
+        g = forward ? g_e : g;
+        s = forward ? s_e : s;
+        right = below ? right : t_e;
+        g_right = below ? g_right : g_e;
+        s_right = below ? s_right : s_e;
+        tries = (split | rooting) ? tries + 1.0f : (V)0.0f;
+        rooting = rooting | !below;
+        const V h = right - t;
+        t_e = t + h * cubic_root(g, s * h, g_right, s_right * h);
+        if (any(looking & on)) {
+            length = on ? stride(t) : length;
+            t_e = on ? least(t + length, end) : t_e;
+        }
+        t_e = split ? between : t_e;
+    }
+}
+store(rays.data, 7, hit);
+for (int j = 0; !SHADOW && j < count; ++j)
+    chosen.data[j] = ids[j];
+return count;
+"""
+_OVERFLOW = """
+if (count < 0) {
+    store(rays.data, 7, far > 0.0f ? (V)GIVEN_UP : (V)NO_HIT);
+    return 0;
+}
+"""
+
+
+@functools.cache
+def first_hits_function(segments, width, shadow):
+    """The Warp function that finds the first hits of `width` rays. shadow: any hit will do, and they start outside."""
+    body = _GATHER + _OVERFLOW + SHARE + _FIELD + _CUBICS + _BRACKET + _SEARCH
+
+    @wp.func_native(cpp(width, body, SEGMENTS=segments, SHADOW=shadow, **_CONSTANTS))
+    def first_hits(
+        table: Bells,
+        list: wp.array(dtype=int),
+        first: int,
+        last: int,
+        near: wp.array(dtype=float),
+        rays: wp.array(dtype=float),
+        chosen: wp.array(dtype=int),
+    ) -> int: ...
+
+    return first_hits

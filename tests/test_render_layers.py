@@ -89,10 +89,10 @@ def test_steps_are_spent_where_fields_are(soft):
 def test_steps_of_rays_through_more_elements_than_fit():
     """Rays that are traced again with more room count both times; the layers are those of the picture."""
     world = fs.World()
-    world.add_body(fs.Body([fs.Point((0, 0, 0))] * 60, surface=fs.Material(radius=0.5, threshold=60.0)))
+    world.add_body(fs.Body([fs.Point((0, 0, 0))] * 120, surface=fs.Material(radius=0.5, threshold=120.0)))
     renderer = Renderer((33, 25))
     layers = renderer.layers(world.at(0.0), CAMERA)
-    assert (layers["evaluations"][layers["thing"] == of.BODY] >= 60).all()
+    assert (layers["evaluations"][layers["thing"] == of.BODY] >= 120).all()
     np.testing.assert_allclose(layers["weights"][layers["thing"] == of.BODY], 1.0)
     np.testing.assert_array_equal(layers["depth"], renderer.depth_and_normals(world.at(0.0), CAMERA)[0])
 

@@ -1,7 +1,7 @@
 """Several rays side by side: C++ for Warp's native functions in which a variable has one lane a ray.
 
 CPUs compute such vectors with wide instructions; GPUs get one lane, plain floats, and the same code. Its types are
-V (floats), D (doubles), I (integers) and C (conditions, joined by &, | and !, and chosen by in `c ? x : y`). Lanes go in
+V (floats), D (doubles), I (integers) and C (conditions, joined by &, | and !, choosing in `c ? x : y`). Lanes go in
 and out through arrays of floats, in rows: `load` and `store` take a row's number.
 """
 

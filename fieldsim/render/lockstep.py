@@ -34,9 +34,10 @@ _CONSTANTS = {
     "MOST": 400,  # evaluations
 }
 
-# The bells that the rays meet: q, k, m; for segments also the position and slope along it, times a, and a slab around.
+# The bells that the rays meet: q, k, m, from where to where, (later) the greatest value in the bracket; for segments also
+# the position and slope along, times a.
 _GATHER = """
-constexpr int STRIDE = SEGMENTS ? 7 : 3;
+constexpr int STRIDE = SEGMENTS ? 8 : 6;
 int ids[ROOM];
 V bell[ROOM * STRIDE];
 int count = 0;
@@ -75,9 +76,10 @@ for (int at = first; at < last; ++at) {
     const V rx = tx - m * ex, ry = ty - m * ey, rz = tz - m * ez;
     V q = h[0] - c[3] * (rx * rx + ry * ry + rz * rz);
     const V half = root((q + LEVEL) * per_k);
-    V low = most(m - half, (V)0.0f), high = least(m + half, opaque), s0 = -FOREVER, s1 = FOREVER;
+    V low = most(m - half, (V)0.0f), high = least(m + half, opaque);
     if (line) {
         const float reach = sqrtf((h[0] + LEVEL) / c[3]);
+        V s0, s1;
         slab(along, slope, -reach, axis[3] + reach, s0, s1);
         low = most(low, s0);
         high = least(high, s1);
@@ -108,55 +110,51 @@ for (int at = first; at < last; ++at) {
     b[0] = met ? q : (V)ABSENT;
     b[1] = k;
     b[2] = m;
+    b[3] = low;
+    b[4] = met ? high : (V)-FOREVER;
     if (SEGMENTS) {
         const float a = sqrtf(c[3]);
-        b[3] = met ? a * along : (V)(0.5f * a * axis[3]);
-        b[4] = met ? a * slope : (V)0.0f;
-        b[5] = s0;
-        b[6] = s1;
+        b[6] = met ? a * along : (V)(0.5f * a * axis[3]);
+        b[7] = met ? a * slope : (V)0.0f;
     }
     ++count;
 }
 """
 
-# Log F and its slope; the next node's distance: a kernel's width, or up to where the next bell begins.
+# Log F, its slope, its second derivative (for guesses alone), and a bound of F from here on; the longest step: a kernel's width, or up to where the
+# next bell begins.
 _FIELD = """
-auto total = [&](V t, V& g, V& s) {
-    V f = FLOOR, slope = 0.0f;
+auto total = [&](V t, V& g, V& s, V& bend, V& rest) {
+    V f = FLOOR, slope = 0.0f, change = 0.0f;
+    rest = 0.0f;
     for (int j = 0; j < count; ++j) {
         const V* const b = bell + j * STRIDE;
         const V u = t - b[2], ku = b[1] * u;
-        V one = exp(b[0] - ku * u), fall = -2.0f * ku * one;
+        V one = exp(b[0] - ku * u), fall = -2.0f * ku;
+        // A segment's share may still rise.
+        rest += u < 0.0f ? b[5] : one;
         const float length = SEGMENTS ? table.axis.data[ids[j]][3] : 0.0f;
         if (length > 0.0f) {
-            V part, change;
-            share(b[3] + b[4] * t, sqrtf(table.center.data[ids[j]][3]) * length, table.height.data[ids[j]][2],
-                part, change);
-            fall = fall * part + b[4] * change * one;
+            V part, end;
+            share(b[6] + b[7] * t, sqrtf(table.center.data[ids[j]][3]) * length, table.height.data[ids[j]][2],
+                part, end);
+            fall += b[7] * end / most(part, (V)FLOOR);
             one *= part;
         }
         f += one;
-        slope += fall;
+        slope += fall * one;
+        change += (fall * fall - 2.0f * b[1]) * one;
     }
     g = log(f);
     s = slope / f;
+    bend = change / f - s * s;
 };
-auto within = [&](const V* b, V extra, V& low, V& high) {
-    const V half = root((b[0] + extra) / b[1]);
-    low = b[2] - half;
-    high = b[2] + half;
-    if (SEGMENTS) {
-        low = most(low, b[5]);
-        high = least(high, b[6]);
-    }
-    return low < high;
-};
-auto stride = [&](V t) {
-    V far = FOREVER, low, high;
+auto longest = [&](V t) {
+    V far = FOREVER;
     for (int j = 0; j < count; ++j) {
-        const C on = within(bell + j * STRIDE, (V)LEVEL, low, high) & (t < high);
+        const V low = bell[j * STRIDE + 3], high = bell[j * STRIDE + 4];
         const V ahead = most(low - t, (V)(1.0f / sqrtf(table.center.data[ids[j]][3])));
-        far = on ? least(far, ahead) : far;
+        far = ((low < high) & (t < high)) ? least(far, ahead) : far;
     }
     return most(far, 1.0e-6f * t);
 };
@@ -186,101 +184,121 @@ auto suspect = [&](V a, V da, V b, V db) {
 };
 """
 
-# Where the first hit can be: among n bells F < 1 wherever each is below 1/n, and where the peaks add up to less than 1.
+# Where between t and end the first hit can be: t comes to lie after end for nowhere. Of n bells with F >= 1 one is at
+# least 1/n, and at least what the others' peaks leave to it.
 _BRACKET = """
-V number_met = 0.0f, t = FOREVER, end = 0.0f, peaks = 0.0f, hit = NO_HIT;
-for (int j = 0; j < count; ++j)
-    number_met += bell[j * STRIDE] > 0.5f * ABSENT ? (V)1.0f : (V)0.0f;
-const V allowed = log(most(number_met, (V)1.0f));
-for (int j = 0; j < count; ++j) {
-    const V* const b = bell + j * STRIDE;
-    V low, high;
-    const C here = within(b, allowed, low, high);
-    t = here ? least(t, low) : t;
-    end = here ? most(end, high) : end;
-    // A bell that is behind falls from its value at the start.
-    const V u = least(b[2], (V)0.0f);
-    peaks += exp(b[0] - b[1] * u * u);
-}
 const C blocked = opaque < far;
-end = blocked ? opaque : least(end, far);
-t = most(blocked ? least(t, opaque) : t, (V)0.0f);
-C looking = (blocked | (peaks >= 1.0f - CUT)) & (t <= end) & (far > 0.0f);
+auto bracket = [&](V& t, V& end) {
+    V number_met = 0.0f, peaks = 0.0f, begin = FOREVER, last = -1.0f;
+    for (int j = 0; j < count; ++j) {
+        V* const b = bell + j * STRIDE;
+        const V u = b[2] - least(most(b[2], t), end);
+        b[5] = exp(b[0] - b[1] * u * u);
+        peaks += b[5];
+        number_met += ((b[3] <= end) & (b[4] >= t)) ? (V)1.0f : (V)0.0f;
+    }
+    const V equal_part = 1.0f / most(number_met, (V)1.0f);
+    for (int j = 0; j < count; ++j) {
+        const V* const b = bell + j * STRIDE;
+        const V part = least(most(equal_part, 1.0f + b[5] - peaks), (V)1.0f);
+        const V half = root((b[0] - log(part)) / b[1]);
+        const V low = most(most(b[2] - half, b[3]), t), high = least(least(b[2] + half, b[4]), end);
+        begin = low < high ? least(begin, low) : begin;
+        last = low < high ? most(last, high) : last;
+    }
+    const C possible = blocked | (peaks >= 1.0f - CUT);
+    // Where one bell alone is opaque, the ray ends.
+    t = possible ? (blocked ? least(begin, end) : begin) : (V)FOREVER;
+    end = blocked ? end : last;
+};
+V t = 0.0f, end = opaque, hit = NO_HIT;
+bracket(t, end);
+C looking = (t <= end) & (far > 0.0f);
 if (SHADOW) {
     hit = blocked ? opaque : hit;
     looking = looking & !blocked;
 }
 t = looking ? t : (V)0.0f;
 end = looking ? end : (V)0.0f;
-// Only the bells that are above the cut there play a part from here.
+// Only the bells that are above the cut there play a part from here; the sharpest bounds the second derivative.
 int left = 0;
+float sharpness = 0.0f;
 for (int j = 0; any(looking) && j < count; ++j) {
     const V* const b = bell + j * STRIDE;
-    V low, high;
-    if (!any(looking & within(b, (V)LEVEL, low, high) & (low <= end) & (high >= t)))
+    if (!any(looking & (b[3] < b[4]) & (b[3] <= end) & (b[4] >= t)))
         continue;
     ids[left] = ids[j];
     for (int k = 0; k < STRIDE; ++k)
         bell[left * STRIDE + k] = b[k];
+    const float k = table.center.data[ids[j]][3];
+    sharpness = k > sharpness ? k : sharpness;
     ++left;
 }
 count = left;
 """
 
 _SEARCH = """
-V g = 0.0f, s = 0.0f;
-if (any(looking)) {
-    total(t, g, s);
-    C inside = looking & (g >= (SHADOW ? 0.0f : -CUT));
-    if (SHADOW) {
-        // Known to start outside, if only just.
-        inside = inside & (t > 0.0f);
-        g = least(g, (V)-ON_SURFACE);
+// From the node t, which is below, to t_e; a fresh t_e has nothing before it.
+V g = 0.0f, s = 0.0f, bend = 0.0f, length = FOREVER, t_e = t, tries = 0.0f;
+V right = t, g_right = 0.0f, s_right = 0.0f;
+C fresh = looking, rooting = looking & !looking;
+for (int k = 0; k < MOST && any(looking); ++k) {
+    V g_e, s_e, bend_e, rest;
+    total(t_e, g_e, s_e, bend_e, rest);
+    // Where one bell alone is opaque, rounding has no say.
+    g_e = (blocked & (t_e >= end)) ? most(g_e, (V)0.0f) : g_e;
+    // A shadow's ray is known to start outside, if only just.
+    g_e = (fresh & (t_e <= 0.0f) & (far < (SHADOW ? 2.0f * FOREVER : -1.0f))) ? least(g_e, (V)-ON_SURFACE) : g_e;
+    // On the bracket's edge, where one bell is alone, or a start inside.
+    const C edge = looking & fresh & (g_e >= -CUT);
+    hit = edge ? (t_e > 0.0f ? t_e : (V)GIVEN_UP) : hit;
+    looking = looking & !edge;
+    const C below = g_e < 0.0f, passed = looking & !rooting & below;
+    C split = passed & !passed;
+    V between = t_e;
+    if (any(passed & !fresh)) {
+        const V h = t_e - t, u = suspect(g, s * h, g_e, s_e * h);
+        split = passed & !fresh & (u * h > 0.02f * length) & (tries < (float)SPLITS);
+        between = t + u * h;
     }
-    // On the bound's edge, where one bell is alone, or a start inside.
-    hit = inside ? (t > 0.0f ? t : (V)GIVEN_UP) : hit;
-    looking = looking & !inside;
-}
-if (any(looking)) {
-    V length = stride(t), t_e = least(t + length, end), right = t_e, g_right = 0.0f, s_right = 0.0f, tries = 0.0f;
-    C rooting = looking & !looking;
-    for (int k = 0; k < MOST && any(looking); ++k) {
-        V g_e, s_e;
-        total(t_e, g_e, s_e);
-        // Where one bell alone is opaque, rounding has no say.
-        g_e = (blocked & (t_e >= end)) ? most(g_e, (V)0.0f) : g_e;
-        const C below = g_e < 0.0f;
-        const C near_root = looking & rooting & ((size(g_e) < CLOSE) | (tries > (float)TRIES));
-        const V last = least(most(t_e - g_e / most(s_e, (V)1.0e-20f), t), right);
-        hit = near_root ? (s_e > 0.0f ? last : t_e) : hit;
-        looking = looking & !near_root;
-        const C passed = looking & !rooting & below;
-        C on = passed, split = passed & !passed;
-        V between = t;
-        if (any(passed)) {
-            const V h = t_e - t, u = suspect(g, s * h, g_e, s_e * h);
-            split = passed & (u * h > 0.02f * length) & (tries < (float)SPLITS);
-            between = t + u * h;
-            on = passed & !split;
-            looking = looking & !(on & (t_e >= end));
-        }
-        // Which end of the bracket moves here.
-        const C forward = on | (rooting & below);
-        t = forward ? t_e : t;
-        g = forward ? g_e : g;
-        s = forward ? s_e : s;
-        right = below ? right : t_e;
-        g_right = below ? g_right : g_e;
-        s_right = below ? s_right : s_e;
-        tries = (split | rooting) ? tries + 1.0f : (V)0.0f;
-        rooting = rooting | !below;
+    const C on = passed & !split;
+    // Close to a root that is sure to be there: the log of F bends by twice the sharpness at most.
+    const C sure = (s_e > 0.0f) & (s_e * s_e > 4.0f * sharpness * size(g_e)) & !split & !fresh;
+    const C near_root = looking & (((rooting | sure) & (size(g_e) < CLOSE)) | (rooting & (tries > (float)TRIES)));
+    const V last = least(most(t_e - g_e / most(s_e, (V)1.0e-20f), t), rooting ? right : end);
+    hit = near_root ? (s_e > 0.0f ? last : t_e) : hit;
+    looking = looking & !near_root & !(on & ((t_e >= end) | ((rest < 1.0f - CUT) & !blocked)));
+    // Which end of the bracket moves here.
+    const C forward = on | (rooting & below);
+    t = forward ? t_e : t;
+    g = forward ? g_e : g;
+    s = forward ? s_e : s;
+    bend = forward ? bend_e : bend;
+    right = below ? right : t_e;
+    g_right = below ? g_right : g_e;
+    s_right = below ? s_right : s_e;
+    tries = (split | rooting) ? tries + 1.0f : (V)0.0f;
+    rooting = rooting | !below;
+    t_e = split ? between : t_e;
+    fresh = fresh & !fresh;
+    if (any(looking & rooting)) {
         const V h = right - t;
-        t_e = t + h * cubic_root(g, s * h, g_right, s_right * h);
-        if (any(looking & on)) {
-            length = on ? stride(t) : length;
-            t_e = on ? least(t + length, end) : t_e;
+        t_e = rooting ? t + h * cubic_root(g, s * h, g_right, s_right * h) : t_e;
+    }
+    if (any(looking & on)) {
+        // To where a parabola comes up to 0, but no longer than cubics can be trusted.
+        const V inner = s * s - 2.0f * g * bend;
+        const V up = ((s > 0.0f) & (inner > 0.0f)) ? -2.0f * g / (s + root(inner)) : (V)FOREVER;
+        length = on ? longest(t) : length;
+        t_e = on ? least(t + least(length, up), end) : t_e;
+        if (k > 0) {
+            V begin = t, last_end = end;
+            bracket(begin, last_end);
+            end = on ? last_end : end;
+            looking = looking & !(on & (begin > end));
+            fresh = on & (begin > t_e);
+            t_e = on ? least(most(begin, t_e), end) : t_e;
         }
-        t_e = split ? between : t_e;
     }
 }
 store(rays.data, 7, hit);

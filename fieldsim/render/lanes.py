@@ -22,7 +22,7 @@ auto root = [](V x) { return sqrtf(x > 0.0f ? x : 0.0f); };
 auto exact_root = [](D x) { return sqrt(x); };
 auto bits = [](V x) { I i; memcpy(&i, &x, sizeof(i)); return i; };
 auto from_bits = [](I i) { V x; memcpy(&x, &i, sizeof(x)); return x; };
-auto number = [](I i) { return (V)i; };
+auto real = [](I i) { return (V)i; };
 auto whole = [](V x) { return (I)x; };
 """
 _MANY = """
@@ -39,7 +39,7 @@ auto root = [](V x) { return __builtin_elementwise_sqrt(x > 0.0f ? x : (V)0.0f);
 auto exact_root = [](D x) { return __builtin_elementwise_sqrt(x); };
 auto bits = [](V x) { return *(I*)&x; };
 auto from_bits = [](I i) { return *(V*)&i; };
-auto number = [](I i) { return __builtin_convertvector(i, V); };
+auto real = [](I i) { return __builtin_convertvector(i, V); };
 auto whole = [](V x) { return __builtin_convertvector(x, I); };
 """
 # exp and log to 2e-7 without a call (Cody and Waite; Cephes), erfc to 1.2e-7 of itself (Numerical Recipes).
@@ -62,7 +62,7 @@ auto log = [&](V x) {
     V p = ((((((((7.0376836292e-2f * m - 1.1514610310e-1f) * m + 1.1676998740e-1f) * m - 1.2420140846e-1f) * m
         + 1.4249322787e-1f) * m - 1.6668057665e-1f) * m + 2.0000714765e-1f) * m - 2.4999993993e-1f) * m
         + 3.3333331174e-1f);
-    return (m + m * m * (m * p - 0.5f)) + number(e) * 0.693147181f;
+    return (m + m * m * (m * p - 0.5f)) + real(e) * 0.693147181f;
 };
 auto erfc = [&](V x) {
     V z = size(x);

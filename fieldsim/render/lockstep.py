@@ -34,8 +34,8 @@ _CONSTANTS = {
     "MOST": 400,  # evaluations
 }
 
-# The bells that the rays meet: q, k, m, from where to where, (later) the greatest value in the bracket; for segments also
-# the position and slope along, times a.
+# The bells that the rays meet: q, k, m, from where to where, (later) the greatest value in the bracket; for segments
+# also the position and slope along, times a.
 _GATHER = """
 constexpr int STRIDE = SEGMENTS ? 8 : 6;
 int ids[ROOM];
@@ -121,8 +121,8 @@ for (int at = first; at < last; ++at) {
 }
 """
 
-# Log F, its slope, its second derivative (for guesses alone), and a bound of F from here on; the longest step: a kernel's width, or up to where the
-# next bell begins.
+# Log F, its slope, its second derivative (for guesses alone), and a bound of F from here on; the longest step: a
+# kernel's width, or up to where the next bell begins.
 _FIELD = """
 auto total = [&](V t, V& g, V& s, V& bend, V& rest) {
     V f = FLOOR, slope = 0.0f, change = 0.0f;

@@ -40,6 +40,17 @@ def nearest_ball(d: wp.vec3, tile: int, lists: Candidates, balls: Balls):
 
 
 @wp.func
+def record_ball(i: int, t: float, ball: int, balls: Balls, hits: Hits):
+    """Write down that sample i sees a particle at t."""
+    hits.depth[i] = t
+    hits.thing[i] = BALLS + ball
+    hits.normal[i] = wp.normalize(t * hits.direction[i] - balls.center[ball])
+    hits.color[i] = balls.color[ball]
+    hits.light[i] = wp.vec4(1.0, 0.9, 0.25, 40.0)
+    hits.lift[i] = 1.0e-3 * balls.radius[ball]
+
+
+@wp.func
 def _ray_alone(scene: hermite.Scene, hits: Hits, i: int):
     return scene
 
@@ -154,12 +165,7 @@ def recorder(kinds_used, layered=False, polish=0.01):
         elif hit >= 0.0:
             describe(i, hit, side, exact, scene, hits, ids, t1s, count)
         elif ball >= 0:
-            hits.depth[i] = far
-            hits.thing[i] = BALLS + ball
-            hits.normal[i] = wp.normalize(far * d - balls.center[ball])
-            hits.color[i] = balls.color[ball]
-            hits.light[i] = wp.vec4(1.0, 0.9, 0.25, 40.0)
-            hits.lift[i] = 1.0e-3 * balls.radius[ball]
+            record_ball(i, far, ball, balls, hits)
 
     return record
 

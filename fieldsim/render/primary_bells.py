@@ -10,27 +10,73 @@ from fieldsim.render import hermite, lockstep
 from fieldsim.render.bells import SHARE, Bells
 from fieldsim.render.candidates import TILE, Candidates, View
 from fieldsim.render.lanes import OPTIONS, cpp
-from fieldsim.render.primary import OVERFLOW, nearest_ball
-from fieldsim.render.shading import BALLS, Balls, Hits
+from fieldsim.render.primary import OVERFLOW, nearest_ball, record_ball
+from fieldsim.render.shading import Balls, Hits
 from fieldsim.render.textures import color_at
 
-# Rows of what is seen: material's colour, light factors, normal, depth, kernel's width, and the material itself.
-_COLOR, _LIGHT, _NORMAL, _DEPTH, _WIDTH, _THING, _LOOK_ROWS = (wp.constant(k) for k in (0, 3, 7, 10, 11, 12, 13))
 _TEXTURE = wp.constant(8)  # column of a material
+# Rows after the rays': points of the picture, and their tiles.
+_POINT, _TILE, _ROWS = int(lockstep.RAY_ROWS), int(lockstep.RAY_ROWS) + 2, int(lockstep.RAY_ROWS) + 3
+_LOOK_ROWS = 13  # material's colour (3), factors of light (4), normal (3), depth, kernel's width, the material itself
 
-# Unit directions through points of the picture, given as the two rows after the rays'.
 _EXACT_DIRECTION = """
-const D px = wide(load(rays.data, RAY_ROWS)), py = wide(load(rays.data, RAY_ROWS + 1));
-D ex = view.corner[0] + px * view.across[0] + py * view.down[0];
-D ey = view.corner[1] + px * view.across[1] + py * view.down[1];
-D ez = view.corner[2] + px * view.across[2] + py * view.down[2];
+const V px = load(rays.data, POINT), py = load(rays.data, POINT + 1);
+D ex = view.corner[0] + wide(px) * view.across[0] + wide(py) * view.down[0];
+D ey = view.corner[1] + wide(px) * view.across[1] + wide(py) * view.down[1];
+D ez = view.corner[2] + wide(px) * view.across[2] + wide(py) * view.down[2];
 const D per_length = 1.0 / exact_root(ex * ex + ey * ey + ez * ez);
 ex *= per_length; ey *= per_length; ez *= per_length;
 """
-_DIRECTIONS = """
+
+# Rays through samples; until more is known they see nothing.
+_LEAVE_POINTS = """
+for (int lane = 0; lane < WIDTH; ++lane) {
+    const auto& sample = samples.data[begin + (lane < number ? lane : number - 1)];
+    rays.data[POINT * WIDTH + lane] = sample[0];
+    rays.data[(POINT + 1) * WIDTH + lane] = sample[1];
+}
+"""
+_LEAVE = """
 store(rays.data, 3, narrow(ex));
 store(rays.data, 4, narrow(ey));
 store(rays.data, 5, narrow(ez));
+store(rays.data, TILE_ROW, real(whole(py / (float)TILE)) * (float)view.tiles + real(whole(px / (float)TILE)));
+const float* const d = rays.data + 3 * WIDTH;
+for (int lane = 0; lane < number; ++lane) {
+    hits.direction.data[begin + lane] = wp::vec_t<3, float>(d[lane], d[WIDTH + lane], d[2 * WIDTH + lane]);
+    hits.normal.data[begin + lane] = wp::vec_t<3, float>(0.0f);
+    hits.depth.data[begin + lane] = -1.0f;
+    hits.thing.data[begin + lane] = -1;
+}
+"""
+
+# Open the rays of the tile of the first that is left, and close all others; how many are done with them.
+_SAME_TILE = """
+const float* const tiles = rays.data + TILE_ROW * WIDTH;
+int end = done;
+while (end < number && tiles[end] == tiles[done])
+    ++end;
+for (int lane = 0; lane < WIDTH; ++lane)
+    rays.data[FAR * WIDTH + lane] = lane >= done && lane < end ? FOREVER : 0.0f;
+return end;
+"""
+
+_RECORD = """
+for (int lane = first; lane < last; ++lane) {
+    const float found = rays.data[HIT * WIDTH + lane];
+    const float* const x = seen.data + lane;
+    const int i = begin + lane;
+    if (found == GIVEN_UP)
+        hits.thing.data[i] = OVERFLOW;
+    if (!(found >= 0.0f))
+        continue;
+    hits.color.data[i] = wp::vec_t<3, float>(x[0], x[WIDTH], x[2 * WIDTH]);
+    hits.light.data[i] = wp::vec_t<4, float>(x[3 * WIDTH], x[4 * WIDTH], x[5 * WIDTH], x[6 * WIDTH]);
+    hits.normal.data[i] = wp::vec_t<3, float>(x[7 * WIDTH], x[8 * WIDTH], x[9 * WIDTH]);
+    hits.depth.data[i] = x[10 * WIDTH];
+    hits.lift.data[i] = 2.0e-3f * x[11 * WIDTH];
+    hits.thing.data[i] = (int)x[12 * WIDTH];
+}
 """
 
 # Gradients summed, materials mixed by weight; the last steps to the root are Newton's, at exact places.
@@ -46,8 +92,8 @@ for (int step = 0; step < 3; ++step) {
     gx = gy = gz = (V)0.0f;
     textured = false;
     for (int j = 0; j < count; ++j) {
-        const int i = chosen.data[j], m = owner.data[i];
-        const double* const row = wp::address(exact, i, 0);
+        const int i = chosen.data[j], m = scene.owner.data[i];
+        const double* const row = wp::address(scene.exact, i, 0);
         const auto& c = table.center.data[i];
         const auto& axis = table.axis.data[i];
         D x = t * ex - row[5], y = t * ey - row[6], z = t * ez - row[7];
@@ -68,12 +114,12 @@ for (int step = 0; step < 3; ++step) {
         gy += pull * ry + fall * axis[1];
         gz += pull * rz + fall * axis[2];
         f += one;
-        const float* const material = wp::address(materials, m, 0);
+        const float* const material = wp::address(scene.materials, m, 0);
         for (int k = 0; k < 7; ++k)
             light[k] += material[k] * one;
         textured |= material[TEXTURE] != 0.0f;
         thing = one > greatest ? (V)(float)m : thing;
-        width = one > greatest ? (V)widths.data[i] : width;
+        width = one > greatest ? (V)scene.width.data[i] : width;
         greatest = most(greatest, one);
         store(weights.data, j, one);
     }
@@ -103,73 +149,51 @@ return textured;
 def bells_kernel(segments, width):
     """The kernel that traces samples of scenes made of bells, `width` at a time."""
     first_hits = lockstep.first_hits_function(segments, width, shadow=False)
-    rows = int(lockstep.RAY_ROWS)
     room = lockstep.ROOM
-    constants = {"RAY_ROWS": rows, "TEXTURE": int(_TEXTURE), "SEGMENTS": segments, "GRAZING": 0.002, "POLISH": 0.01}
+    leave, same_tile, describe, record = _natives(segments, width)
 
-    @wp.func_native(cpp(width, _EXACT_DIRECTION + _DIRECTIONS, **constants))
-    def directions(view: View, rays: wp.array(dtype=float)): ...
+    @wp.func
+    def look_at_balls(
+        begin: int,
+        first: int,
+        last: int,
+        tile: int,
+        balls: Balls,
+        lists: Candidates,
+        hits: Hits,
+        rays: wp.array(dtype=float),
+    ):
+        """Particles in front of which surfaces may be."""
+        for lane in range(first, last):
+            i = begin + lane
+            far, ball = nearest_ball(hits.direction[i], tile, lists, balls)
+            if ball >= 0:
+                rays[lockstep.FAR * width + lane] = far
+                record_ball(i, far, ball, balls, hits)
 
-    @wp.func_native(cpp(width, _EXACT_DIRECTION + SHARE + _DESCRIBE, **constants))
-    def describe(
-        view: View,
-        table: Bells,
-        exact: wp.array2d(dtype=wp.float64),
-        materials: wp.array2d(dtype=float),
-        owner: wp.array(dtype=int),
-        widths: wp.array(dtype=float),
+    @wp.func
+    def mix_textures(
+        begin: int,
+        first: int,
+        last: int,
+        scene: hermite.Scene,
+        hits: Hits,
         rays: wp.array(dtype=float),
         chosen: wp.array(dtype=int),
         count: int,
         weights: wp.array(dtype=float),
-        seen: wp.array(dtype=float),
-    ) -> bool: ...
-
-    @wp.func
-    def three(rows: wp.array(dtype=float), row: int, lane: int):
-        return wp.vec3(rows[row * width + lane], rows[(row + 1) * width + lane], rows[(row + 2) * width + lane])
-
-    @wp.func
-    def mixed(
-        p: wp.vec3,
-        lane: int,
-        scene: hermite.Scene,
-        chosen: wp.array(dtype=int),
-        count: int,
-        weights: wp.array(dtype=float),
     ):
-        """The colour at p of textures mixed by weight."""
-        color = wp.vec3(0.0, 0.0, 0.0)
-        f = float(0.0)
-        for j in range(count):
-            weight = weights[j * width + lane]
-            color += weight * color_at(scene, scene.owner[chosen[j]], p)
-            f += weight
-        return color / f
-
-    @wp.func
-    def record(i: int, lane: int, seen: wp.array(dtype=float), hits: Hits):
-        hits.thing[i] = int(seen[_THING * width + lane])
-        hits.depth[i] = seen[_DEPTH * width + lane]
-        hits.lift[i] = 2.0e-3 * seen[_WIDTH * width + lane]
-        hits.normal[i] = three(seen, _NORMAL, lane)
-        hits.color[i] = three(seen, _COLOR, lane)
-        light = _LIGHT * width + lane
-        hits.light[i] = wp.vec4(seen[light], seen[light + width], seen[light + 2 * width], seen[light + 3 * width])
-
-    @wp.func
-    def record_else(i: int, far: float, ball: int, balls: Balls, hits: Hits):
-        """Sample i sees a particle, or nothing."""
-        hits.depth[i] = hermite.NO_HIT
-        hits.thing[i] = -1
-        hits.normal[i] = wp.vec3(0.0, 0.0, 0.0)
-        if ball >= 0:
-            hits.depth[i] = far
-            hits.thing[i] = BALLS + ball
-            hits.normal[i] = wp.normalize(far * hits.direction[i] - balls.center[ball])
-            hits.color[i] = balls.color[ball]
-            hits.light[i] = wp.vec4(1.0, 0.9, 0.25, 40.0)
-            hits.lift[i] = 1.0e-3 * balls.radius[ball]
+        """Colours of materials with textures, mixed by weight."""
+        for lane in range(first, last):
+            i = begin + lane
+            if rays[lockstep.HIT * width + lane] >= 0.0:
+                color = wp.vec3(0.0, 0.0, 0.0)
+                f = float(0.0)
+                for j in range(count):
+                    weight = weights[j * width + lane]
+                    color += weight * color_at(scene, scene.owner[chosen[j]], hits.depth[i] * hits.direction[i])
+                    f += weight
+                hits.color[i] = color / f
 
     @wp.func
     def trace(
@@ -188,50 +212,22 @@ def bells_kernel(segments, width):
         weights: wp.array(dtype=float),
         seen: wp.array(dtype=float),
     ):
-        """Samples begin..begin + number, fewer than `width`."""
-        for lane in range(width):
-            s = samples[begin + wp.min(lane, number - 1)]
-            rays[rows * width + lane] = s[0]
-            rays[(rows + 1) * width + lane] = s[1]
-        directions(view, rays)
+        """What samples see, `number` of them, those of one tile at a time."""
+        leave(view, samples, begin, number, rays, hits)
         done = int(0)
         while done < number:
-            # Samples of one tile at a time.
-            x = int(rays[rows * width + done]) // TILE
-            y = int(rays[(rows + 1) * width + done]) // TILE
-            tile = y * view.tiles + x
-            end = int(done)
-            for lane in range(width):
-                rays[lockstep.FAR * width + lane] = 0.0
-            while end < number:
-                same_x = int(rays[rows * width + end]) // TILE == x
-                if not same_x or int(rays[(rows + 1) * width + end]) // TILE != y:
-                    break
-                d = three(rays, lockstep.DIRECTION, end)
-                hits.direction[begin + end] = d
-                far, ball = nearest_ball(d, tile, ball_lists, balls)
-                rays[lockstep.FAR * width + end] = far
-                record_else(begin + end, far, ball, balls, hits)
-                end += 1
-            first = lists.first[tile]
-            last = lists.first[tile + 1]
-            if first < last:
-                count = first_hits(table, lists.ids, first, last, lists.near, rays, chosen)
+            tile = int(rays[wp.static(_TILE * width) + done])
+            end = same_tile(rays, done, number)
+            if balls.radius.shape[0] > 0:
+                look_at_balls(begin, done, end, tile, balls, ball_lists, hits, rays)
+            if lists.first[tile] < lists.first[tile + 1]:
+                count = first_hits(table, lists.ids, lists.first[tile], lists.first[tile + 1], lists.near, rays, chosen)
                 textured = False
                 if count > 0:
-                    textured = describe(
-                        view, table, scene.exact, scene.materials, scene.owner, scene.width, rays, chosen, count,
-                        weights, seen,
-                    )  # fmt: skip
-                for lane in range(done, end):
-                    hit = rays[lockstep.HIT * width + lane]
-                    if hit == lockstep.GIVEN_UP:
-                        hits.thing[begin + lane] = OVERFLOW
-                    elif hit >= 0.0:
-                        record(begin + lane, lane, seen, hits)
-                        if textured:
-                            p = hits.depth[begin + lane] * hits.direction[begin + lane]
-                            hits.color[begin + lane] = mixed(p, lane, scene, chosen, count, weights)
+                    textured = describe(view, scene, table, rays, chosen, count, weights, seen)
+                record(begin, done, end, rays, seen, hits)
+                if textured:
+                    mix_textures(begin, done, end, scene, hits, rays, chosen, count, weights)
             done = end
 
     @wp.kernel(module="unique", enable_backward=False, module_options=OPTIONS)
@@ -247,16 +243,59 @@ def bells_kernel(segments, width):
         samples: wp.array(dtype=wp.vec2),
         hits: Hits,
     ):
-        rays = wp.zeros(shape=wp.static((rows + 2) * width), dtype=float)
+        rays = wp.zeros(shape=wp.static(_ROWS * width), dtype=float)
         chosen = wp.zeros(shape=room, dtype=int)
         weights = wp.zeros(shape=wp.static(room * width), dtype=float)
-        seen = wp.zeros(shape=wp.static(int(_LOOK_ROWS) * width), dtype=float)
+        seen = wp.zeros(shape=wp.static(_LOOK_ROWS * width), dtype=float)
         first = (start + wp.tid()) * group
         last = wp.min(first + group, samples.shape[0])
         for i in range(first, last, width):
             number = wp.min(last - i, width)
-            trace(
-                i, number, view, scene, table, lists, balls, ball_lists, samples, hits, rays, chosen, weights, seen
-            )
+            trace(i, number, view, scene, table, lists, balls, ball_lists, samples, hits, rays, chosen, weights, seen)
 
     return trace_bells
+
+
+def _natives(segments, width):
+    """(leave, same_tile, describe, record): the parts of the kernel in lanes."""
+    constants = {
+        "SEGMENTS": segments,
+        "POINT": _POINT,
+        "TILE_ROW": _TILE,
+        "TILE": TILE,
+        "FAR": int(lockstep.FAR),
+        "HIT": int(lockstep.HIT),
+        "FOREVER": float(hermite.FOREVER),
+        "GIVEN_UP": float(lockstep.GIVEN_UP),
+        "OVERFLOW": int(OVERFLOW),
+        "TEXTURE": int(_TEXTURE),
+        "GRAZING": 0.002,  # sine of the angle at which a ray grazes
+        "POLISH": 0.01,  # the longest step, in kernel widths
+    }
+
+    @wp.func_native(cpp(width, _LEAVE_POINTS + _EXACT_DIRECTION + _LEAVE, **constants))
+    def leave(
+        view: View, samples: wp.array(dtype=wp.vec2), begin: int, number: int, rays: wp.array(dtype=float), hits: Hits
+    ): ...
+
+    @wp.func_native(cpp(width, _SAME_TILE, **constants))
+    def same_tile(rays: wp.array(dtype=float), done: int, number: int) -> int: ...
+
+    @wp.func_native(cpp(width, _EXACT_DIRECTION + SHARE + _DESCRIBE, **constants))
+    def describe(
+        view: View,
+        scene: hermite.Scene,
+        table: Bells,
+        rays: wp.array(dtype=float),
+        chosen: wp.array(dtype=int),
+        count: int,
+        weights: wp.array(dtype=float),
+        seen: wp.array(dtype=float),
+    ) -> bool: ...
+
+    @wp.func_native(cpp(width, _RECORD, **constants))
+    def record(
+        begin: int, first: int, last: int, rays: wp.array(dtype=float), seen: wp.array(dtype=float), hits: Hits
+    ): ...
+
+    return leave, same_tile, describe, record

@@ -15,7 +15,8 @@ import warp as wp
 from fieldsim.launch import launch
 from fieldsim.render import bells, hermite
 from fieldsim.render.candidates import sorted_lists
-from fieldsim.render.shading import Balls, Hits, Lights, ball_shadow, behind_shape, lit, towards, unlit
+from fieldsim.render.hits import Balls, Hits, Lights, above, behind_shape
+from fieldsim.render.shading import ball_shadow, lit, towards, unlit
 from fieldsim.render.sky import Sky
 
 _MOST = 256  # cells along a side of a grid
@@ -180,7 +181,7 @@ def shade_kernel(segments):
             result = unlit(i, hits, sky)
             cast = int(0)
             if hits.thing[i] != -1:
-                p = hits.depth[i] * hits.direction[i] + hits.lift[i] * hits.normal[i]
+                p = above(i, hits)
                 for k in range(lights.where.shape[0]):
                     toward, far = towards(p, lights.where[k])
                     dark = float(hermite.NO_HIT)

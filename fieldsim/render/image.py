@@ -84,7 +84,7 @@ class Renderer:
         self.tolerance = validate.number("Renderer", "tolerance", tolerance, above=0.0)
         self._warned = False
         self.band = Band(*self.size, 0, self.size[1])
-        self._layout()
+        self._slot = None
 
     def frame(self, snapshot, camera: Camera) -> np.ndarray:
         """The picture of a snapshot, (height, width, 3) uint8, sRGB.
@@ -94,6 +94,10 @@ class Renderer:
         snapshots = (snapshot,) if isinstance(snapshot, Snapshot) else tuple(snapshot)
         if self.size[0] * self.size[1] > _MOST_PIXELS:
             return self._in_bands(snapshots, camera)
+        return self._picture(snapshots, camera)
+
+    def _picture(self, snapshots, camera):
+        self._layout()
         cameras = [camera.at(snapshot.time) for snapshot in snapshots]
         if len(snapshots) > 1 or cameras[0].aperture > 0.0:
             color = self._blurred(snapshots, cameras)
@@ -109,6 +113,7 @@ class Renderer:
 
     def depth_and_normals(self, snapshot, camera: Camera):
         """Distances along the rays through pixel centres (inf for a miss), (H, W), and unit normals, (H, W, 3)."""
+        self._layout()
         stage = Stage(snapshot, camera.at(snapshot.time), self)
         hits = self._tracer.trace(stage, self._grid, "pixels")
         slot = self._slot.numpy()
@@ -118,6 +123,7 @@ class Renderer:
 
     def layers(self, snapshot, camera: Camera) -> dict[str, np.ndarray]:
         """What the rays through pixel centres find: arrays by the names of `layers.LAYERS`, and `owner`."""
+        self._layout()
         stage = Stage(snapshot, camera.at(snapshot.time), self)
         hits = self._tracer.trace(stage, self._grid, "layers", layered=True)
         return layers.collect(hits, self._slot.numpy(), self.size, stage.unit, snapshot)
@@ -138,8 +144,8 @@ class Renderer:
             part = copy.copy(self)
             part.size = width, last - first
             part.band = Band(width, last - first, first, height)
-            part._layout()
-            picture[top : top + rows] = part.frame(snapshots, camera)[top - first :][:rows]
+            part._slot = None
+            picture[top : top + rows] = part._picture(snapshots, camera)[top - first :][:rows]
             self._warned = part._warned
         return picture
 
@@ -168,7 +174,9 @@ class Renderer:
         return total
 
     def _layout(self):
-        """Pixel centres in the order of tiles, and where each pixel is in that order."""
+        """Pixel centres in the order of tiles, and where each pixel is in that order; once."""
+        if self._slot is not None:
+            return
         width, height = self.size
         y, x = np.divmod(np.arange(width * height), width)
         order = np.lexsort((x, y, x // TILE, y // TILE))

@@ -22,7 +22,6 @@ from fieldsim.render.solids import Shapes, shape_light
 from fieldsim.render.textures import color_at
 
 _ROOM = wp.constant(64)  # intervals of a shadow ray in local memory
-_FIRST = wp.constant(4)  # rays after which a light all seen or all hidden gets no more
 _CROSSINGS = wp.constant(64)  # surfaces that light goes through at most
 _DARK = wp.constant(1.0 / 512.0)
 _TAU = wp.constant(math.tau)
@@ -161,6 +160,8 @@ def shade_kernel(kinds_used, in_scratch=False):
             sent = int(0)
             dark = int(0)
             clear = int(0)
+            # Rays after which a light that all of them see, or none, gets no more.
+            enough = lights.samples[k] / 4 + 2
             sum = wp.vec3(0.0, 0.0, 0.0)
             while sent < lights.samples[k]:
                 toward, far = aimed(p, k, sent, i, lights)
@@ -178,7 +179,7 @@ def shade_kernel(kinds_used, in_scratch=False):
                     sum += wp.cw_mul(light, lit(i, toward, lights.color[k], hits))
                     dark += wp.where(wp.max(light) < _DARK, 1, 0)
                     clear += wp.where(wp.min(light) > 1.0 - _DARK, 1, 0)
-                if sent == _FIRST and (dark == sent or clear == sent):
+                if sent == enough and (dark == sent or clear == sent):
                     break
             result += sum / float(sent)
         color[i] = result

@@ -67,7 +67,7 @@ from fieldsim.render.video import Film
 from fieldsim.scenario import Scenario, load
 from fieldsim.world.body import Body, Particles
 from fieldsim.world.contact import Absorb, Bounce, Repulsion, Status
-from fieldsim.world.light import Background, DirectionalLight, PointLight
+from fieldsim.world.light import Background, DirectionalLight, Fog, PointLight
 from fieldsim.world.material import Material
 from fieldsim.world.motion import Keyframes, Pose, Spin, timeline
 from fieldsim.world.rig import Bone, Rig
@@ -112,6 +112,7 @@ __all__ = [
     "FieldsimWarning",
     "Film",
     "FilmError",
+    "Fog",
     "Gaussian",
     "Ground",
     "InputError",

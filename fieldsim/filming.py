@@ -9,7 +9,7 @@ import warnings
 from fieldsim import launch
 from fieldsim.dynamics.energy_log import EnergyLog, EnergyReport
 from fieldsim.dynamics.simulation import Simulation
-from fieldsim.errors import FieldsimError, FieldsimWarning
+from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
 from fieldsim.recording import Recorded, Recording
 from fieldsim.render.image import Renderer
 from fieldsim.render.layers import LayerPictures
@@ -123,6 +123,7 @@ def film(
     quality: "draft" or "final". mode: how bodies are drawn, "soft" unless told, see `Renderer`; layer: instead of
     colours, "depth", "normal", "weights" or "steps".
     preview: a quick look: half the width and height, draft quality, 10 frames per second, where nothing else is told.
+    A camera's shutter takes more of them while it is open; a replay and a layer are sharp.
     record: path of a `Recording` to keep of the snapshots; replay: path of one to film instead of simulating, at its
     own times, with another camera or size, say.
     watch: called with (frames done, frames in all) as the work goes on. A path that ends in .png gets the last frame.
@@ -150,15 +151,17 @@ def film(
         renderer = Renderer(target.size, quality, device, mode=mode or "soft")
         pictures = LayerPictures(renderer, layer) if layer else renderer
         failures = []
-        moments = _snapshots(scenario, times, device, report)
+        exposures = 1 if layer or recorded else _exposures(scenario.camera, times, fps, renderer)
+        moments = _snapshots(scenario, _exposed(scenario.camera, times, exposures), device, report)
         if recorded:
             moments = map(functools.partial(recorded.at, world=scenario.world), times)
+        frames = zip(*[iter(moments)] * exposures, strict=False)
         if record:
-            moments = _kept(moments, stack.enter_context(Recording(record)))
-        for done, snapshot in enumerate(_until_failure(moments, failures)):
+            frames = _kept(frames, stack.enter_context(Recording(record)))
+        for done, snapshots in enumerate(_until_failure(frames, failures)):
             watch(done, len(times))
             with report.rendering.running():
-                image = pictures.frame(snapshot, scenario.camera)
+                image = pictures.frame(snapshots if exposures > 1 else snapshots[0], scenario.camera)
             with report.writing.running():
                 target.write(image)
         if failures and not target.frames:
@@ -173,11 +176,27 @@ def film(
     return report
 
 
-def _kept(snapshots, recording):
-    """The snapshots, each recorded as it passes."""
-    for snapshot in snapshots:
-        recording.add(snapshot)
-        yield snapshot
+def _exposures(camera, times, fps, renderer):
+    """How many moments make a frame: one, or as many as the renderer blurs where a shutter stays open."""
+    longest = max(camera.at(time).shutter for time in times)
+    # A time divided by the rate, and multiplied by it again, is rounded.
+    if longest * fps > 1.0 + 1e-9:
+        raise InputError(
+            f"Camera: shutter is {longest:g} but a frame lasts {1.0 / fps:g}; give at most that, or fewer fps"
+        )
+    return renderer.exposures if longest > 0.0 else 1
+
+
+def _exposed(camera, times, exposures):
+    """The times, each followed by others while the shutter is open."""
+    return [time + camera.at(time).shutter * k / exposures for time in times for k in range(exposures)]
+
+
+def _kept(frames, recording):
+    """The frames' snapshots, of each the first recorded as it passes."""
+    for snapshots in frames:
+        recording.add(snapshots[0])
+        yield snapshots
 
 
 def snapshot_at(scenario: Scenario, time: float, device: str | None = None):
@@ -185,10 +204,10 @@ def snapshot_at(scenario: Scenario, time: float, device: str | None = None):
     return next(_snapshots(scenario, [time], device, Report("", SIZE)))
 
 
-def _until_failure(snapshots, failures):
-    """The snapshots up to the one that fails; its error goes into `failures`."""
+def _until_failure(frames, failures):
+    """The frames up to the one that fails; its error goes into `failures`."""
     try:
-        yield from snapshots
+        yield from frames
     except FieldsimError as error:
         failures.append(error)
 

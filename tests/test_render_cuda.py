@@ -9,6 +9,8 @@ from fieldsim.potentials.kernels import Gaussian
 from fieldsim.potentials.point import Point
 from fieldsim.potentials.segment import Segment
 from fieldsim.potentials.tapered import TaperedSegment
+from fieldsim.render import lighting
+from fieldsim.render.bounce import ray_kernel
 from fieldsim.render.camera import Camera
 from fieldsim.render.image import render
 from fieldsim.render.primary import trace_kernel
@@ -27,7 +29,7 @@ KINDS = tuple(
 )
 
 
-@pytest.mark.parametrize("kernel_of", [trace_kernel, shade_kernel])
+@pytest.mark.parametrize("kernel_of", [trace_kernel, shade_kernel, ray_kernel, lighting.shade_kernel])
 @pytest.mark.parametrize("in_scratch", [False, True])
 def test_tracing_and_shading_compile_for_cuda(kernel_of, in_scratch, tmp_path):
     # In scratch only where the intervals live differs; few cells show that.
@@ -51,7 +53,7 @@ def test_the_referee_compiles_for_cuda(kernel_of, tmp_path):
 
 
 def test_candidate_lists_and_smoothing_compile_for_cuda(tmp_path):
-    for name in ("candidates", "image"):
+    for name in ("candidates", "image", "bounce", "fog", "solids"):
         wp.compile_aot_module(f"fieldsim.render.{name}", arch=90, use_ptx=True, module_dir=tmp_path / name)
         assert list((tmp_path / name).glob("*.ptx"))
 

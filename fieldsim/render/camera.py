@@ -9,6 +9,8 @@ from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.world.motion import value_at
 
+TONES = ("clip", "filmic")
+
 
 @dataclasses.dataclass(frozen=True)
 class Camera:
@@ -16,24 +18,34 @@ class Camera:
 
     up: the direction that is up in the picture; where the view is along `up`, another axis stands in for it.
     fov: the vertical angle of view in degrees, in (0, 180); the horizontal one follows from the picture's shape.
+    aperture: diameter of the lens: what is nearer or farther than `focus` blurs; 0: a pinhole, all is sharp.
+    focus: distance along the view at which things are sharp; None: that of look_at.
+    shutter: time for which it is open at each frame, from the frame's time on: what moves meanwhile blurs.
+    exposure: in stops, each doubles the light. tone: of TONES: "clip" cuts off what is brighter than white; "filmic"
+    rolls it off as film does and deepens contrast (Narkowicz's fit of ACES).
     """
 
     eye: tuple[float, float, float]
     look_at: tuple[float, float, float] = (0.0, 0.0, 0.0)
     up: tuple[float, float, float] = (0.0, 0.0, 1.0)
     fov: float = 40.0
+    aperture: float = 0.0
+    focus: float | None = None
+    shutter: float = 0.0
+    exposure: float = 0.0
+    tone: str = "clip"
 
     def __post_init__(self):
         if not self.animated:
             self._check()
 
     @classmethod
-    def orbit(cls, look_at=(0.0, 0.0, 0.0), radius=5.0, height=2.0, period=20.0, phase=0.0, *, fov=40.0) -> "Camera":
+    def orbit(cls, look_at=(0.0, 0.0, 0.0), radius=5.0, height=2.0, period=20.0, phase=0.0, **options) -> "Camera":
         """A camera that circles the vertical axis through `look_at`, looking at it.
 
         radius: of the circle; height: above `look_at`; period: time of one turn, counterclockwise seen from above
         (negative: clockwise); phase: angle from the x axis at time 0, in radians. All but period and phase may be
-        functions of time. Raises InputError for a period of 0.
+        functions of time. options: the camera's others, such as fov. Raises InputError for a period of 0.
         """
         period = validate.number("Camera.orbit", "period", period)
         phase = validate.number("Camera.orbit", "phase", phase)
@@ -46,7 +58,7 @@ class Camera:
             turned = value_at(radius, time) * np.array([math.cos(angle), math.sin(angle), 0.0])
             return center + turned + np.array([0.0, 0.0, value_at(height, time)])
 
-        camera = cls(eye, look_at, fov=fov)
+        camera = cls(eye, look_at, **options)
         camera.at(0.0)
         return camera
 
@@ -85,3 +97,10 @@ class Camera:
         if not fov < 180.0:
             raise InputError(f"Camera: fov is {fov:g}; give a vertical angle of view below 180 degrees")
         object.__setattr__(self, "fov", fov)
+        for name in ("aperture", "shutter"):
+            object.__setattr__(self, name, validate.number("Camera", name, getattr(self, name), at_least=0.0))
+        if self.focus is not None:
+            object.__setattr__(self, "focus", validate.number("Camera", "focus", self.focus, above=0.0))
+        object.__setattr__(self, "exposure", validate.number("Camera", "exposure", self.exposure))
+        if self.tone not in TONES:
+            raise InputError(f"Camera: tone is {self.tone!r}; give one of {', '.join(TONES)}")

@@ -26,6 +26,7 @@ class View:
     right: wp.vec3
     up: wp.vec3
     forward: wp.vec3
+    center: wp.vec2  # the pixel that is straight ahead
     width: int
     height: int
     tiles: int  # across
@@ -71,9 +72,9 @@ def _extent(view: View, center: wp.vec3, radius: float):
         return wp.vec4(0.0, w, 0.0, h)
     x0, x1 = _tangents(wp.dot(center, view.right), z, radius)
     y0, y1 = _tangents(wp.dot(center, view.up), z, radius)
-    return wp.vec4(
-        0.5 * w + x0 / view.pixel, 0.5 * w + x1 / view.pixel, 0.5 * h - y1 / view.pixel, 0.5 * h - y0 / view.pixel
-    )
+    x = view.center[0]
+    y = view.center[1]
+    return wp.vec4(x + x0 / view.pixel, x + x1 / view.pixel, y - y1 / view.pixel, y - y0 / view.pixel)
 
 
 @wp.func

@@ -55,7 +55,9 @@ class Scene:
 
     exact: the rows in float64; tolerance: of the field, relative to its level.
     materials (M, 15): linear rgb, ambient, diffuse, specular, shininess, unused, and a texture's row (`Texture.row`).
-    turns, shifts (M,): x -> turn x + shift takes a point to the frame of the material's body, in the world's units.
+    optics (M,): shares of light reflected and transmitted, index of refraction, 0; visible (N,): bits of the rays that
+    meet an element. turns, shifts (M,): x -> turn x + shift takes a point to the frame of the material's body, in the
+    world's units.
     work: for counted sweeps, of one ray: evaluations of the field so far, and of single elements.
     """
 
@@ -71,6 +73,8 @@ class Scene:
     materials: wp.array2d(dtype=float)
     exact: wp.array2d(dtype=wp.float64)
     tolerance: float
+    optics: wp.array(dtype=wp.vec4)
+    visible: wp.array(dtype=int)
     turns: wp.array(dtype=wp.mat33)
     shifts: wp.array(dtype=wp.vec3)
     work: wp.array(dtype=int)

@@ -2,6 +2,8 @@
 
 # ruff: noqa: UP018 - bool(False) makes a variable that Warp lets a branch change
 
+import copy
+import math
 import warnings
 
 import numpy as np
@@ -10,23 +12,24 @@ import warp as wp
 from fieldsim import validate
 from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.launch import device_named, launch
-from fieldsim.render import bounds, layers, shadows
+from fieldsim.render import bounds, layers
 from fieldsim.render.camera import Camera
 from fieldsim.render.candidates import TILE
-from fieldsim.render.lanes import CPU_WIDTH
-from fieldsim.render.primary import OVERFLOW, trace_kernel
-from fieldsim.render.primary_bells import bells_kernel
-from fieldsim.render.shading import BALLS, Hits, shade_kernel
+from fieldsim.render.hits import BALLS, Hits
 from fieldsim.render.solids_skeleton import MODES
-from fieldsim.render.solvers import solver_named
-from fieldsim.render.stage import Stage
+from fieldsim.render.stage import Band, Stage
+from fieldsim.render.tracer import Tracer
+from fieldsim.world.world import Snapshot
 
 # Samples of a pixel on a 4 x 4 grid: four with no two in a row or column, then the other twelve.
 _ROOKS = ((0, 1), (1, 3), (2, 0), (3, 2))
 _REST = tuple((x, y) for y in range(4) for x in range(4) if (x, y) not in _ROOKS)
-_SCRATCH = 1 << 22  # intervals held in global memory at a time
 CONTRAST = wp.constant(0.1)  # of square roots of linear colours, from which pixels are given more samples
+_MOST_PIXELS = 1 << 23  # in memory at a time: two thirds of a gigabyte
 QUALITIES = {"draft": 4, "final": 16}
+EXPOSURES = {"draft": 8, "final": 32}
+# Powers of the root of x^5 = x + 1: points that fill a four-dimensional box evenly, however many (Roberts 2018).
+_SPREAD = 1.1673039782614187 ** -np.arange(1.0, 5.0)
 
 
 def render(snapshot, camera: Camera, *, size=(640, 360), quality="final", device=None) -> np.ndarray:
@@ -39,8 +42,9 @@ class Renderer:
 
     size: (width, height) in pixels. quality: "draft" (edges get 4 samples a pixel) or "final" (up to 16).
     device: "cpu", "cuda", ... shadows, samples: switch shadows off, and set the greatest number of samples a pixel: 1,
-    4 or 16. tolerance: of the field, relative to its level: what of distant elements may be left out, and how far a
-    hump that only grazes a ray may rise unseen. rays: traced so far. A camera in a body sees the surface from within.
+    4 or 16. exposures: how many sharp pictures make one that a lens or a shutter blurs: 8, 32 if final.
+    tolerance: of the field, relative to its level: what of distant elements may be left out, and how far a hump that
+    only grazes a ray may rise unseen. rays: traced so far. A camera in a body sees the surface from within.
     mode: how bodies are drawn: "soft", as their surfaces; "hard", each primitive by itself as what lies within the
     material's radius: balls, capsules, arc tubes, slabs; "skeleton", as thin lines.
     solver: how primary rays find surfaces, see `solvers`.
@@ -56,6 +60,7 @@ class Renderer:
         *,
         shadows=True,
         samples=None,
+        exposures=None,
         tolerance=1e-5,
         mode="soft",
         solver="hermite",
@@ -64,6 +69,9 @@ class Renderer:
         if quality not in QUALITIES:
             raise InputError(f"Renderer: quality is {quality!r}; give 'draft' or 'final'")
         self.samples = QUALITIES[quality] if samples is None else samples
+        self.exposures = EXPOSURES[quality] if exposures is None else exposures
+        if not (isinstance(self.exposures, int) and self.exposures > 0):
+            raise InputError(f"Renderer: exposures is {exposures!r}; give a whole number above 0")
         if self.samples not in (1, 4, 16):
             raise InputError(f"Renderer: samples is {samples!r}; give 1, 4 or 16")
         if mode not in MODES:
@@ -71,30 +79,43 @@ class Renderer:
         self.mode = mode
         self.device = device_named(device)
         self.shadows = shadows
-        self.solver = solver_named(solver)
+        self._tracer = Tracer(self.device, solver)
+        self.solver = self._tracer.solver
         self.tolerance = validate.number("Renderer", "tolerance", tolerance, above=0.0)
-        self.rays = 0
-        self._lanes = 1 if self.device.is_cuda else CPU_WIDTH
-        self._hits = {}
         self._warned = False
-        self._layout()
+        self.band = Band(*self.size, 0, self.size[1])
+        self._slot = None
 
     def frame(self, snapshot, camera: Camera) -> np.ndarray:
-        """The picture of a snapshot, (height, width, 3) uint8, sRGB."""
-        stage = Stage(snapshot, camera.at(snapshot.time), self)
-        hits = self._trace(stage, self._grid, "pixels")
-        color = self._shade(stage, hits, self._grid.shape[0])
-        if self.samples > 1:
-            self._smooth(stage, hits, color)
+        """The picture of a snapshot, (height, width, 3) uint8, sRGB.
+
+        Several snapshots, of times at which the shutter is open, blur what moves; `Camera.shutter` is for films.
+        """
+        snapshots = (snapshot,) if isinstance(snapshot, Snapshot) else tuple(snapshot)
+        if self.size[0] * self.size[1] > _MOST_PIXELS:
+            return self._in_bands(snapshots, camera)
+        return self._picture(snapshots, camera)
+
+    def _picture(self, snapshots, camera):
+        self._layout()
+        cameras = [camera.at(snapshot.time) for snapshot in snapshots]
+        if len(snapshots) > 1 or cameras[0].aperture > 0.0:
+            color = self._blurred(snapshots, cameras)
+        else:
+            stage = Stage(snapshots[0], cameras[0], self)
+            color, hits = self._developed(stage, self._grid, "pixels")
+            if self.samples > 1:
+                self._smooth(stage, hits, color)
+            self._look_for_surface(stage, hits)
         picture = wp.empty((self.size[1], self.size[0], 3), dtype=wp.uint8, device=self.device)
-        launch(_develop, self._slot.shape[0], [self._slot, color], [picture.flatten()], device=self.device)
-        self._look_for_surface(stage, hits)
+        launch(_print, self._slot.shape[0], [self._slot, color], [picture.flatten()], device=self.device)
         return picture.numpy()
 
     def depth_and_normals(self, snapshot, camera: Camera):
         """Distances along the rays through pixel centres (inf for a miss), (H, W), and unit normals, (H, W, 3)."""
+        self._layout()
         stage = Stage(snapshot, camera.at(snapshot.time), self)
-        hits = self._trace(stage, self._grid, "pixels")
+        hits = self._tracer.trace(stage, self._grid, "pixels")
         slot = self._slot.numpy()
         width, height = self.size
         depth = hits.depth.numpy()[slot].reshape(height, width) * stage.unit
@@ -102,12 +123,60 @@ class Renderer:
 
     def layers(self, snapshot, camera: Camera) -> dict[str, np.ndarray]:
         """What the rays through pixel centres find: arrays by the names of `layers.LAYERS`, and `owner`."""
+        self._layout()
         stage = Stage(snapshot, camera.at(snapshot.time), self)
-        hits = self._trace(stage, self._grid, "layers", layered=True)
+        hits = self._tracer.trace(stage, self._grid, "layers", layered=True)
         return layers.collect(hits, self._slot.numpy(), self.size, stage.unit, snapshot)
 
+    @property
+    def rays(self) -> int:
+        """Rays traced so far."""
+        return self._tracer.rays
+
+    def _in_bands(self, snapshots, camera):
+        """The same, some rows at a time, as memory may not hold what is known of every pixel at once."""
+        width, height = self.size
+        rows = max(_MOST_PIXELS // width, 1)
+        picture = np.empty((height, width, 3), dtype=np.uint8)
+        for top in range(0, height, rows):
+            # Smoothing looks at a pixel's neighbours.
+            first, last = max(top - 1, 0), min(top + rows + 1, height)
+            part = copy.copy(self)
+            part.size = width, last - first
+            part.band = Band(width, last - first, first, height)
+            part._slot = None
+            picture[top : top + rows] = part._picture(snapshots, camera)[top - first :][:rows]
+            self._warned = part._warned
+        return picture
+
+    def _developed(self, stage, samples, name):
+        """Linear colours of samples of the picture as the film takes them, and what they see."""
+        color, hits = self._tracer.colors(stage, samples, name)
+        camera = stage.camera
+        if camera.exposure != 0.0 or camera.tone != "clip":
+            filmic = int(camera.tone == "filmic")
+            launch(_expose, samples.shape[0], [2.0**camera.exposure, filmic], [color], device=self.device)
+        return color, hits
+
+    def _blurred(self, snapshots, cameras):
+        """The mean of pictures from many places on the lens at many times, each sharp, with one sample a pixel."""
+        total = wp.zeros(self._grid.shape[0], dtype=wp.vec3, device=self.device)
+        count = max(self.exposures, len(snapshots))
+        grid = self._grid.numpy()
+        for k in range(count):
+            moment = k * len(snapshots) // count
+            # Times pass in order; places on the lens and in a pixel are spread evenly over any few that follow.
+            u, v, x, y = np.modf(0.5 + (k + 1) * _SPREAD)[0]
+            stage = Stage(snapshots[moment], cameras[moment], self, lens=(math.sqrt(u), math.tau * v))
+            samples = wp.array(grid + np.array((x - 0.5, y - 0.5)), dtype=wp.vec2, device=self.device)
+            color, _hits = self._developed(stage, samples, "pixels")
+            launch(_add, total.shape[0], [1.0 / count, color], [total], device=self.device)
+        return total
+
     def _layout(self):
-        """Pixel centres in the order of tiles, and where each pixel is in that order."""
+        """Pixel centres in the order of tiles, and where each pixel is in that order; once."""
+        if self._slot is not None:
+            return
         width, height = self.size
         y, x = np.divmod(np.arange(width * height), width)
         order = np.lexsort((x, y, x // TILE, y // TILE))
@@ -118,83 +187,6 @@ class Renderer:
         self._grid = wp.array(centers, dtype=wp.vec2, device=self.device)
         self._slot = wp.array(slot, dtype=int, device=self.device)
         self._edge = wp.empty(width * height, dtype=wp.uint8, device=self.device)
-
-    def _buffers(self, name, count) -> Hits:
-        """Hits with room for `count` samples, kept under `name`."""
-        hits = self._hits.get(name)
-        if hits is None or hits.depth.shape[0] < count:
-            count = int(1.25 * count) if name == "samples" else count
-            hits = Hits()
-            for field, dtype in _HIT_FIELDS.items():
-                setattr(hits, field, wp.empty(count, dtype=dtype, device=self.device))
-            hits.blocked = wp.empty((0, 0), dtype=wp.uint8, device=self.device)
-            self._hits[name] = hits
-        return hits
-
-    def _trace(self, stage, samples, name, layered=False) -> Hits:
-        count = samples.shape[0]
-        hits = self._buffers(name, count)
-        options = {"layered": True} if layered else self.solver.options
-        if layered:
-            layers.prepare(hits, count, stage.scene.materials.shape[0], self.device)
-        inputs = [stage.view, stage.scene, self.solver.lists(stage), stage.balls, stage.ball_lists]
-        if stage.bells and not layered and self.solver.name == "hermite":
-            kernel = bells_kernel(stage.bells == "segments", self._lanes)
-            given = [stage.view, stage.scene, stage.table, stage.lists, stage.balls, stage.ball_lists]
-            self._launch_groups(kernel, count, [*given, samples, hits])
-        else:
-            launch(trace_kernel(stage.kinds, **options), count, [*inputs, samples, hits], device=self.device)
-        self.rays += count
-        late = np.flatnonzero(hits.thing.numpy()[:count] == int(OVERFLOW))
-        for which, scratch in self._scratch(late, stage):
-            launch(
-                trace_kernel(stage.kinds, True, **options),
-                len(which),
-                [*inputs, which, samples, hits, *scratch],
-                device=self.device,
-                grain=1,
-            )
-        self.solver.finish(stage, samples, hits)
-        if stage.solids is not None:
-            stage.solids.overlay(hits, stage.lights, stage.view.pixel, count)
-        return hits
-
-    def _launch_groups(self, kernel, count, arguments):
-        """Launch a kernel whose items are groups of samples: a tile on a CPU, single samples on a GPU."""
-        group = 1 if self.device.is_cuda else TILE * TILE
-        launch(kernel, -(-count // group), [group, *arguments], device=self.device, grain=4)
-
-    def _shade(self, stage, hits, count):
-        color = wp.empty(count, dtype=wp.vec3, device=self.device)
-        rays = wp.empty(count, dtype=int, device=self.device)
-        inputs = [stage.balls, stage.lights, stage.sky]
-        if stage.bells:
-            kernel = shadows.shade_kernel(stage.bells == "segments", self._lanes)
-            self._launch_groups(kernel, count, [stage.table, stage.blockers, *inputs, hits, color, rays])
-        else:
-            inputs = [stage.scene, stage.tree, *inputs]
-            launch(shade_kernel(stage.kinds), count, [*inputs, hits, color, rays], device=self.device)
-        cast = rays.numpy()
-        late = np.flatnonzero(cast < 0)
-        for which, scratch in self._scratch(late, stage):
-            launch(
-                shade_kernel(stage.kinds, True),
-                len(which),
-                [stage.scene, stage.tree, *inputs[-3:], which, hits, color, rays, *scratch],
-                device=self.device,
-                grain=1,
-            )
-        self.rays += int(rays.numpy().sum())
-        return color
-
-    def _scratch(self, late, stage):
-        """Batches of samples whose intervals do not fit into local memory, with global memory for them."""
-        room = max(stage.count, 1)
-        step = max(1, _SCRATCH // room)
-        for k in range(0, len(late), step):
-            which = wp.array(late[k : k + step].astype(np.int32), dtype=int, device=self.device)
-            shape = (len(which), room)
-            yield which, [wp.empty(shape, dtype=dtype, device=self.device) for dtype in (int, float, float)]
 
     def _smooth(self, stage, hits, color):
         """Give more samples to pixels that differ from their neighbours, and more still where those differ."""
@@ -218,8 +210,7 @@ class Renderer:
         offsets = (np.array(pattern) + 0.5) / 4.0
         points = (self._pixels[pixels][:, None, :] + offsets).reshape(-1, 2)
         samples = wp.array(points, dtype=wp.vec2, device=self.device)
-        hits = self._trace(stage, samples, "samples")
-        color = self._shade(stage, hits, len(points)).numpy()
+        color = self._developed(stage, samples, "samples")[0].numpy()
         # Brighter than white counts as white, or highlights would have ragged edges.
         return np.minimum(color, 1.0).reshape(len(pixels), len(pattern), 3)
 
@@ -242,17 +233,6 @@ class Renderer:
                 FieldsimWarning,
                 stacklevel=3,
             )
-
-
-_HIT_FIELDS = {
-    "direction": wp.vec3,
-    "depth": float,
-    "thing": int,
-    "normal": wp.vec3,
-    "color": wp.vec3,
-    "light": wp.vec4,
-    "lift": float,
-}
 
 
 def _checked_size(size):
@@ -329,7 +309,25 @@ def _srgb(linear: float):
 
 
 @wp.kernel(enable_backward=False)
-def _develop(start: int, slot: wp.array(dtype=int), color: wp.array(dtype=wp.vec3), picture: wp.array(dtype=wp.uint8)):
+def _expose(start: int, exposure: float, filmic: int, color: wp.array(dtype=wp.vec3)):
+    """Brighten linear colours, and roll off what is brighter than white; white stays just below it."""
+    i = start + wp.tid()
+    c = exposure * color[i]
+    if filmic == 1:
+        for k in range(3):
+            x = wp.max(c[k], 0.0)
+            c[k] = x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)
+    color[i] = c
+
+
+@wp.kernel(enable_backward=False)
+def _add(start: int, share: float, color: wp.array(dtype=wp.vec3), total: wp.array(dtype=wp.vec3)):
+    i = start + wp.tid()
+    total[i] = total[i] + share * wp.min(color[i], wp.vec3(1.0, 1.0, 1.0))
+
+
+@wp.kernel(enable_backward=False)
+def _print(start: int, slot: wp.array(dtype=int), color: wp.array(dtype=wp.vec3), picture: wp.array(dtype=wp.uint8)):
     k = start + wp.tid()
     c = color[slot[k]]
     for channel in range(3):

@@ -9,7 +9,7 @@ import warp as wp
 from fieldsim.potentials import cells
 from fieldsim.render import hermite
 from fieldsim.render.candidates import TILE, Candidates, View, direction, exact_direction
-from fieldsim.render.shading import BALLS, Balls, Hits
+from fieldsim.render.hits import BALLS, Balls, Hits, origin_of
 from fieldsim.render.textures import color_at
 from fieldsim.render.volumes import pierce, pierce_sphere
 
@@ -44,10 +44,12 @@ def record_ball(i: int, t: float, ball: int, balls: Balls, hits: Hits):
     """Write down that sample i sees a particle at t."""
     hits.depth[i] = t
     hits.thing[i] = BALLS + ball
-    hits.normal[i] = wp.normalize(t * hits.direction[i] - balls.center[ball])
+    hits.normal[i] = wp.normalize(origin_of(i, hits) + t * hits.direction[i] - balls.center[ball])
     hits.color[i] = balls.color[ball]
     hits.light[i] = wp.vec4(1.0, 0.9, 0.25, 40.0)
     hits.lift[i] = 1.0e-3 * balls.radius[ball]
+    if hits.optics.shape[0] > 0:
+        hits.optics[i] = wp.vec4(0.0, 0.0, 1.0, 0.0)
 
 
 @wp.func
@@ -96,6 +98,7 @@ def recorder(kinds_used, layered=False, polish=0.01):
 
         The last steps to the root are Newton's, in float64.
         """
+        o = wp.vec3d(origin_of(i, hits))
         t = wp.float64(found)
         slope = wp.vec3d()
         width = float(0.0)
@@ -104,8 +107,9 @@ def recorder(kinds_used, layered=False, polish=0.01):
             slope = wp.vec3d()
             color = wp.vec3(0.0, 0.0, 0.0)
             light = wp.vec4(0.0, 0.0, 0.0, 0.0)
+            optics = wp.vec4(0.0, 0.0, 0.0, 0.0)
             most = wp.float64(-1.0)
-            p = t * d
+            p = o + t * d
             here = wp.vec3(p)
             for k in range(count):
                 if t1s[k] >= found:
@@ -121,12 +125,15 @@ def recorder(kinds_used, layered=False, polish=0.01):
                     light += share * wp.vec4(
                         scene.materials[m, 3], scene.materials[m, 4], scene.materials[m, 5], scene.materials[m, 6]
                     )
+                    optics += share * scene.optics[m]
                     if f_j > most:
                         most = f_j
                         hits.thing[i] = m
                         width = scene.width[j]
             hits.color[i] = color / float(f)
             hits.light[i] = light / float(f)
+            if hits.optics.shape[0] > 0:
+                hits.optics[i] = optics / float(f) + wp.vec4(0.0, 0.0, 0.0, wp.max(side, 0.0))
             # Where the ray only grazes, a step is no use.
             along = wp.dot(slope, d) * wp.float64(side)
             if along > -_GRAZING * wp.length(slope):

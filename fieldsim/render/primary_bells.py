@@ -9,15 +9,17 @@ import warp as wp
 from fieldsim.render import hermite, lockstep
 from fieldsim.render.bells import SHARE, Bells
 from fieldsim.render.candidates import TILE, Candidates, View
+from fieldsim.render.hits import Balls, Hits
 from fieldsim.render.lanes import OPTIONS, cpp
 from fieldsim.render.primary import OVERFLOW, nearest_ball, record_ball
-from fieldsim.render.shading import Balls, Hits
 from fieldsim.render.textures import color_at
 
 _TEXTURE = wp.constant(8)  # column of a material
 # Rows after the rays': points of the picture, and their tiles.
 _POINT, _TILE, _ROWS = int(lockstep.RAY_ROWS), int(lockstep.RAY_ROWS) + 2, int(lockstep.RAY_ROWS) + 3
-_LOOK_ROWS = 13  # material's colour (3), factors of light (4), normal (3), depth, kernel's width, the material itself
+# Rows of what is seen: material's colour (3), factors of light (4), normal (3), depth, kernel's width, the material
+# itself, optics (4).
+_LOOK_ROWS = 17
 
 _EXACT_DIRECTION = """
 const V px = load(rays.data, POINT), py = load(rays.data, POINT + 1);
@@ -76,6 +78,8 @@ for (int lane = first; lane < last; ++lane) {
     hits.depth.data[i] = x[10 * WIDTH];
     hits.lift.data[i] = 2.0e-3f * x[11 * WIDTH];
     hits.thing.data[i] = (int)x[12 * WIDTH];
+    if (hits.optics.shape[0] > 0)
+        hits.optics.data[i] = wp::vec_t<4, float>(x[13 * WIDTH], x[14 * WIDTH], x[15 * WIDTH], x[16 * WIDTH]);
 }
 """
 
@@ -86,9 +90,10 @@ const V dx = narrow(ex), dy = narrow(ey), dz = narrow(ez);
 const C hit = found >= 0.0f;
 D t = wide(hit ? found : (V)0.0f);
 V gx, gy, gz, width = 0.0f, thing = 0.0f;
+const bool optical = hits.optics.shape[0] > 0;
 bool textured = false;
 for (int step = 0; step < 3; ++step) {
-    V f = 1.0e-30f, greatest = -1.0f, light[7] = {};
+    V f = 1.0e-30f, greatest = -1.0f, light[7] = {}, optics[4] = {};
     gx = gy = gz = (V)0.0f;
     textured = false;
     for (int j = 0; j < count; ++j) {
@@ -117,6 +122,8 @@ for (int step = 0; step < 3; ++step) {
         const float* const material = wp::address(scene.materials, m, 0);
         for (int k = 0; k < 7; ++k)
             light[k] += material[k] * one;
+        for (int k = 0; optical && k < 4; ++k)
+            optics[k] += scene.optics.data[m][k] * one;
         textured |= material[TEXTURE] != 0.0f;
         thing = one > greatest ? (V)(float)m : thing;
         width = one > greatest ? (V)scene.width.data[i] : width;
@@ -126,6 +133,8 @@ for (int step = 0; step < 3; ++step) {
     const V rise = gx * dx + gy * dy + gz * dz, steepness = root(gx * gx + gy * gy + gz * gz), per_f = 1.0f / f;
     for (int k = 0; k < 7; ++k)
         store(seen.data, k, per_f * light[k]);
+    for (int k = 0; optical && k < 4; ++k)
+        store(seen.data, 13 + k, per_f * optics[k]);
     store(seen.data, 7, -gx / steepness);
     store(seen.data, 8, -gy / steepness);
     store(seen.data, 9, -gz / steepness);
@@ -224,7 +233,7 @@ def bells_kernel(segments, width):
                 count = first_hits(table, lists.ids, lists.first[tile], lists.first[tile + 1], lists.near, rays, chosen)
                 textured = False
                 if count > 0:
-                    textured = describe(view, scene, table, rays, chosen, count, weights, seen)
+                    textured = describe(view, scene, table, rays, chosen, count, weights, seen, hits)
                 record(begin, done, end, rays, seen, hits)
                 if textured:
                     mix_textures(begin, done, end, scene, hits, rays, chosen, count, weights)
@@ -291,6 +300,7 @@ def _natives(segments, width):
         count: int,
         weights: wp.array(dtype=float),
         seen: wp.array(dtype=float),
+        hits: Hits,
     ) -> bool: ...
 
     @wp.func_native(cpp(width, _RECORD, **constants))

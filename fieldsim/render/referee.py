@@ -24,7 +24,7 @@ from fieldsim.potentials.plane import Plane
 from fieldsim.potentials.segment import Segment
 from fieldsim.potentials.triangle import Triangle
 from fieldsim.render import safe_steps
-from fieldsim.render.shading import Hits
+from fieldsim.render.hits import Hits
 
 TOLERANCE = wp.constant(wp.float64(1e-12))  # of the level
 NOTHING = wp.constant(wp.float64(1e-18))  # of the level: an element that gives less after the longest step is left out

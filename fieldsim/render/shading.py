@@ -3,72 +3,19 @@
 # ruff: noqa: UP018, RUF046 - float(0.0) and int(0) make variables that Warp lets a loop change
 
 import functools
+import math
 
 import numpy as np
 import warp as wp
 
 from fieldsim.render import hermite
+from fieldsim.render.gather import BLOCKED, FULL, SHADOW, collect
+from fieldsim.render.hits import Balls, Hits, Lights, above, behind_shape
 from fieldsim.render.sky import Sky, background
-from fieldsim.render.volumes import pierce, pierce_sphere
+from fieldsim.render.volumes import pierce_sphere
 from fieldsim.world.light import DirectionalLight
 
 _ROOM = wp.constant(64)  # intervals of a shadow ray in local memory
-
-
-@wp.struct
-class Lights:
-    """Lights. color: linear; shadows: 0 or 1.
-
-    where: a position relative to the eye (w = 1) or a direction towards the light (w = 0).
-    """
-
-    where: wp.array(dtype=wp.vec4)
-    color: wp.array(dtype=wp.vec3)
-    shadows: wp.array(dtype=int)
-
-
-@wp.struct
-class Balls:
-    """Particles: centres relative to the eye, radii, linear colours; tree: a wp.Bvh of them, for shadows."""
-
-    center: wp.array(dtype=wp.vec3)
-    radius: wp.array(dtype=float)
-    color: wp.array(dtype=wp.vec3)
-    tree: wp.uint64
-
-
-@wp.struct
-class Hits:
-    """What each sample sees.
-
-    depth: distance, negative for a miss; thing: -1 nothing, 0.. a material, from BALLS on a particle, from SOLIDS on a
-    hard shape; color: linear; light: factors of ambient, diffuse and specular light, and the shininess; lift: how far
-    above the hit shadow rays start; blocked (samples, lights): 1 where a hard shape hides a light, empty without any.
-    For layers alone: work (samples, 2): see `hermite.Scene`; weights (samples, materials): the materials' fields there.
-    """
-
-    direction: wp.array(dtype=wp.vec3)
-    depth: wp.array(dtype=float)
-    thing: wp.array(dtype=int)
-    normal: wp.array(dtype=wp.vec3)
-    color: wp.array(dtype=wp.vec3)
-    light: wp.array(dtype=wp.vec4)
-    lift: wp.array(dtype=float)
-    blocked: wp.array2d(dtype=wp.uint8)
-    work: wp.array2d(dtype=int)
-    weights: wp.array2d(dtype=float)
-
-
-BALLS = wp.constant(1 << 20)
-SOLIDS = wp.constant(1 << 30)
-
-
-@wp.func
-def behind_shape(i: int, light: int, hits: Hits):
-    """Whether a hard shape hides a light from a sample."""
-    if hits.blocked.shape[0] == 0:
-        return False
-    return hits.blocked[i, light] == wp.uint8(1)
 
 
 @wp.func
@@ -115,17 +62,21 @@ def lit(i: int, toward: wp.vec3, light: wp.vec3, hits: Hits):
 
 def lights_of(lights, eye, unit, shadows, device) -> Lights:
     """Lights on a device, relative to the eye."""
-    where = np.zeros((max(len(lights), 1), 4))
-    for row, light in zip(where, lights, strict=False):
+    where, size = np.zeros((len(lights), 4)), np.zeros(len(lights))
+    for k, light in enumerate(lights):
         if isinstance(light, DirectionalLight):
-            row[:3] = -np.array(light.direction)
+            where[k, :3] = -np.array(light.direction)
+            size[k] = math.tan(math.radians(0.5 * light.angle))
         else:
-            row[:3] = (np.array(light.position) - eye) / unit
-            row[3] = 1.0
+            where[k, :3] = (np.array(light.position) - eye) / unit
+            where[k, 3], size[k] = 1.0, light.radius / unit
+    samples = [light.samples if wide else 1 for light, wide in zip(lights, size > 0.0, strict=True)]
     result = Lights()
-    result.where = wp.array(where[: len(lights)], dtype=wp.vec4, device=device)
+    result.where = wp.array(where, dtype=wp.vec4, device=device)
     result.color = wp.array(np.array([light.rgb for light in lights]).reshape(-1, 3), dtype=wp.vec3, device=device)
     result.shadows = wp.array([int(shadows and light.shadows) for light in lights], dtype=int, device=device)
+    result.size = wp.array(size, dtype=float, device=device)
+    result.samples = wp.array(samples, dtype=int, device=device)
     return result
 
 
@@ -147,24 +98,11 @@ def shade_kernel(kinds_used, in_scratch=False):
         room: int,
     ):
         """1 in shadow, 0 in light, -1 where the intervals do not fit."""
-        if scene.kinds.shape[0] == 0:
-            return 0
-        count = int(0)
-        query = wp.bvh_query_ray(tree, o, d)
-        i = int(0)
-        while wp.bvh_query_next(query, i, far):
-            t0, t1 = pierce(o, d, scene.shape[i], scene.rows, i, scene.reach[i])
-            if t1 > 0.0 and t0 < far and t0 < t1:
-                # All strengths being positive, where one point alone is opaque nothing needs a sweep.
-                center = wp.vec3(scene.rows[i, 5], scene.rows[i, 6], scene.rows[i, 7])
-                c0, c1 = pierce_sphere(o, d, center, scene.core[i])
-                if c0 > 0.0 and c0 < far and c0 < c1:
-                    return 1
-                if count == room:
-                    return -1
-                count = hermite.insert(ids, t0s, t1s, count, i, t0, t1)
-        if count == 0:
-            return 0
+        count = collect(scene, tree, o, d, far, SHADOW, True, ids, t0s, t1s, room)
+        if count == FULL:
+            return -1
+        if count <= 0:
+            return wp.where(count == BLOCKED, 1, 0)
         hit, _side = sweep(scene, o, d, 0.0, far, -1.0, ids, t0s, t1s, count)
         return wp.where(hit >= 0.0, 1, 0)
 
@@ -187,7 +125,7 @@ def shade_kernel(kinds_used, in_scratch=False):
         result = unlit(i, hits, sky)
         cast = int(0)
         if hits.thing[i] != -1:
-            p = hits.depth[i] * hits.direction[i] + hits.lift[i] * hits.normal[i]
+            p = above(i, hits)
             for k in range(lights.where.shape[0]):
                 toward, far = towards(p, lights.where[k])
                 if wp.dot(hits.normal[i], toward) <= 0.0:

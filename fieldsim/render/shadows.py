@@ -16,8 +16,9 @@ from fieldsim.launch import launch
 from fieldsim.render import lockstep
 from fieldsim.render.bells import Bells
 from fieldsim.render.candidates import sorted_lists
+from fieldsim.render.hits import Balls, Hits, Lights, above, behind_shape
 from fieldsim.render.lanes import OPTIONS
-from fieldsim.render.shading import Balls, Hits, Lights, ball_shadow, behind_shape, lit, towards, unlit
+from fieldsim.render.shading import ball_shadow, lit, towards, unlit
 from fieldsim.render.sky import Sky
 
 _MOST = 256  # cells along a side of a grid
@@ -147,7 +148,7 @@ def shade_kernel(segments, width):
         """A ray to a light. Returns its list: a cell, or its lane where there is no grid; _DARK or _LIT without."""
         if hits.thing[i] == -1:
             return _DARK
-        p = hits.depth[i] * hits.direction[i] + hits.lift[i] * hits.normal[i]
+        p = above(i, hits)
         toward, far = towards(p, lights.where[light])
         if wp.dot(hits.normal[i], toward) <= 0.0:
             return _DARK

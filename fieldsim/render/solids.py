@@ -13,8 +13,9 @@ import warp as wp
 
 from fieldsim.launch import launch
 from fieldsim.render import solids_shapes as geometry
+from fieldsim.render.gather import CAMERA, SHADOW
 from fieldsim.render.hermite import FOREVER
-from fieldsim.render.shading import SOLIDS, Hits, Lights
+from fieldsim.render.hits import SOLIDS, Hits, Lights, above, origin_of
 from fieldsim.render.volumes import pierce_sphere
 from fieldsim.world import shapes
 
@@ -41,8 +42,8 @@ class Shapes:
     """Hard shapes relative to the eye, those with an end first.
 
     origin; turn: rotation into the shape's own frame; sizes: see `world.shapes`; size: its smallest length; mesh: id of
-    a wp.Mesh; label: number in the snapshot; color, checker: linear; light: as in `Hits`; bounded: how many have an
-    end; tree: a wp.Bvh of those.
+    a wp.Mesh; label: number in the snapshot; color, checker: linear; light, optics: as in `Hits`; visible: bits of the
+    rays that meet it; bounded: how many have an end; tree: a wp.Bvh of those.
     """
 
     kind: wp.array(dtype=int)
@@ -56,6 +57,8 @@ class Shapes:
     color: wp.array(dtype=wp.vec3)
     checker: wp.array(dtype=wp.vec3)
     light: wp.array(dtype=wp.vec4)
+    optics: wp.array(dtype=wp.vec4)
+    visible: wp.array(dtype=int)
     bounded: int
     tree: wp.uint64
 
@@ -92,23 +95,25 @@ def crossing(o: wp.vec3, d: wp.vec3, far: float, shapes: Shapes, i: int):
 
 
 @wp.func
-def nearest_shape(o: wp.vec3, d: wp.vec3, far: float, shapes: Shapes):
-    """(t, i) of the first shape that a ray meets before `far`; i = -1 for none."""
+def nearest_shape(o: wp.vec3, d: wp.vec3, far: float, ray: int, shapes: Shapes):
+    """(t, i) of the first shape that this kind of ray meets before `far`; i = -1 for none."""
     best = float(far)
     which = int(-1)
     if shapes.bounded > 0:
         query = wp.bvh_query_ray(shapes.tree, o, d)
         i = int(0)
         while wp.bvh_query_next(query, i, best):
-            t = crossing(o, d, best, shapes, i)
+            if (shapes.visible[i] & ray) != 0:
+                t = crossing(o, d, best, shapes, i)
+                if t < best:
+                    best = t
+                    which = i
+    for j in range(shapes.bounded, shapes.kind.shape[0]):
+        if (shapes.visible[j] & ray) != 0:
+            t = crossing(o, d, best, shapes, j)
             if t < best:
                 best = t
-                which = i
-    for j in range(shapes.bounded, shapes.kind.shape[0]):
-        t = crossing(o, d, best, shapes, j)
-        if t < best:
-            best = t
-            which = j
+                which = j
     return best, which
 
 
@@ -119,20 +124,43 @@ def shape_shadow(o: wp.vec3, d: wp.vec3, far: float, left_out: int, shapes: Shap
         query = wp.bvh_query_ray(shapes.tree, o, d)
         i = int(0)
         while wp.bvh_query_next(query, i, far):
-            if i != left_out:
+            if i != left_out and (shapes.visible[i] & SHADOW) != 0:
                 if crossing(o, d, far, shapes, i) < far:
                     return True
     for j in range(shapes.bounded, shapes.kind.shape[0]):
-        if j != left_out:
+        if j != left_out and (shapes.visible[j] & SHADOW) != 0:
             if crossing(o, d, far, shapes, j) < far:
                 return True
     return False
 
 
 @wp.func
-def normal_at(d: wp.vec3, t: float, shapes: Shapes, i: int):
-    """Where a ray from the eye meets shape i, in the shape's own frame: (normal to shade with, true normal, place)."""
-    q = -(shapes.turn[i] * shapes.origin[i])
+def _tint(o: wp.vec3, d: wp.vec3, far: float, shapes: Shapes, i: int):
+    """What shape i lets through of white light."""
+    if (shapes.visible[i] & SHADOW) == 0 or crossing(o, d, far, shapes, i) >= far:
+        return wp.vec3(1.0, 1.0, 1.0)
+    optics = shapes.optics[i]
+    return (1.0 - optics[0]) * optics[1] * shapes.color[i]
+
+
+@wp.func
+def shape_light(o: wp.vec3, d: wp.vec3, far: float, shapes: Shapes):
+    """What hard shapes let through of white light."""
+    light = wp.vec3(1.0, 1.0, 1.0)
+    if shapes.bounded > 0:
+        query = wp.bvh_query_ray(shapes.tree, o, d)
+        i = int(0)
+        while wp.bvh_query_next(query, i, far):
+            light = wp.cw_mul(light, _tint(o, d, far, shapes, i))
+    for j in range(shapes.bounded, shapes.kind.shape[0]):
+        light = wp.cw_mul(light, _tint(o, d, far, shapes, j))
+    return light
+
+
+@wp.func
+def normal_at(o: wp.vec3, d: wp.vec3, t: float, shapes: Shapes, i: int):
+    """Where a ray meets shape i, in the shape's own frame: (normal to shade with, true normal, place)."""
+    q = shapes.turn[i] * (o - shapes.origin[i])
     e = shapes.turn[i] * d
     p = q + t * e
     s = shapes.sizes[i]
@@ -191,7 +219,7 @@ def checkered(p: wp.vec3, e: wp.vec3, t: float, pixel: float, tile: float):
 @wp.func
 def _describe(i: int, t: float, which: int, d: wp.vec3, pixel: float, shapes: Shapes, hits: Hits):
     """Write a hit on a shape down; returns the shape that cannot shadow it: itself, where it is convex, else -1."""
-    n, flat, p = normal_at(d, t, shapes, which)
+    n, flat, p = normal_at(origin_of(i, hits), d, t, shapes, which)
     e = shapes.turn[which] * d
     kind = shapes.kind[which]
     color = shapes.color[which]
@@ -210,6 +238,13 @@ def _describe(i: int, t: float, which: int, d: wp.vec3, pixel: float, shapes: Sh
     hits.light[i] = shapes.light[which]
     hits.lift[i] = _LIFT * shapes.size[which] + _ROUNDING * t
     thin = kind == _SLAB and shapes.sizes[which][0] == 0.0
+    if hits.optics.shape[0] > 0:
+        optics = shapes.optics[which]
+        optics[3] = wp.where(within, 1.0, 0.0)
+        if thin:
+            # Nothing lies between its two sides.
+            optics[2] = 1.0
+        hits.optics[i] = optics
     if thin or not (within or kind == _TUBE or kind == _MESH or kind == _SLAB):
         return which
     return -1
@@ -219,6 +254,7 @@ def _describe(i: int, t: float, which: int, d: wp.vec3, pixel: float, shapes: Sh
 def _overlay(
     start: int,
     pixel: float,
+    ray: int,
     shapes: Shapes,
     lights: Lights,
     hits: Hits,
@@ -229,13 +265,13 @@ def _overlay(
     far = float(FOREVER)
     if hits.thing[i] != -1:
         far = hits.depth[i]
-    t, which = nearest_shape(wp.vec3(0.0, 0.0, 0.0), d, far, shapes)
+    t, which = nearest_shape(origin_of(i, hits), d, far, ray, shapes)
     left_out = int(-1)
     if which >= 0:
         left_out = _describe(i, t, which, d, pixel, shapes, hits)
     elif hits.thing[i] == -1:
         return
-    p = hits.depth[i] * d + hits.lift[i] * hits.normal[i]
+    p = above(i, hits)
     for k in range(lights.where.shape[0]):
         w = lights.where[k]
         to = wp.vec3(w[0], w[1], w[2]) - w[3] * p
@@ -275,12 +311,12 @@ class SolidStage:
             self._tree = wp.Bvh(*ends)
             self.shapes.tree = self._tree.id
 
-    def overlay(self, hits: Hits, lights: Lights, pixel: float, count: int):
-        """Put the shapes over the first `count` hits, and find which lights they hide."""
+    def overlay(self, hits: Hits, lights: Lights, pixel: float, count: int, ray=CAMERA):
+        """Put the shapes over the first `count` hits of this kind of rays, and find which lights they hide."""
         shape = hits.depth.shape[0], max(lights.where.shape[0], 1)
         if hits.blocked.shape != shape:
             hits.blocked = wp.empty(shape, dtype=wp.uint8, device=self.device)
-        launch(_overlay, count, [pixel, self.shapes, lights, hits, hits.blocked], device=self.device)
+        launch(_overlay, count, [pixel, ray, self.shapes, lights, hits, hits.blocked], device=self.device)
 
     def _uploaded(self, solids, order, origins, sizes):
         device = self.device
@@ -300,6 +336,9 @@ class SolidStage:
         result.color = wp.array(table[owner, :3], dtype=wp.vec3, device=device)
         result.checker = wp.array(solids.checkers[order], dtype=wp.vec3, device=device)
         result.light = wp.array(table[owner, 3:], dtype=wp.vec4, device=device)
+        optics = np.array([m.optics for m in solids.materials])[owner]
+        result.optics = wp.array(optics, dtype=wp.vec4, device=device)
+        result.visible = wp.array([solids.materials[k].mask for k in owner], dtype=int, device=device)
         result.bounded = self.bounded
         return result
 

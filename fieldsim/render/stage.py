@@ -1,5 +1,6 @@
 """A snapshot on a device, as one camera sees it."""
 
+import dataclasses
 import functools
 import math
 
@@ -8,21 +9,40 @@ import warp as wp
 
 from fieldsim.render import bells, bounds, shadows
 from fieldsim.render.candidates import TILE, View, candidates, capsules
+from fieldsim.render.fog import fog_of
+from fieldsim.render.gather import CAMERA
 from fieldsim.render.hermite import Scene
-from fieldsim.render.shading import Balls, lights_of
+from fieldsim.render.hits import Balls
+from fieldsim.render.shading import lights_of
 from fieldsim.render.sky import sky_of
-from fieldsim.render.solids import SolidStage
+from fieldsim.render.solids import Shapes, SolidStage
 from fieldsim.render.solids_skeleton import drawn
+from fieldsim.world.material import RAYS
+
+
+@dataclasses.dataclass(frozen=True)
+class Band:
+    """Some rows of a picture that is `width` by `whole` pixels: `height` of them from `top` on."""
+
+    width: int
+    height: int
+    top: int
+    whole: int
 
 
 class Stage:
-    """A snapshot on the device, as one camera sees it: lengths relative to the eye, in units of `unit`."""
+    """A snapshot on the device, as one camera sees it: lengths relative to the eye, in units of `unit`.
 
-    def __init__(self, snapshot, camera, renderer):
+    lens: where on the camera's lens the eye is: distance from its middle, relative to its radius, and angle.
+    """
+
+    def __init__(self, snapshot, camera, renderer, lens=(0.0, 0.0)):
+        self.camera = camera
         self.device = device = renderer.device
         centers, radii, colors = snapshot.spheres
-        self.eye = eye = np.asarray(camera.eye)
-        self.view = _view(camera, renderer.size)
+        aside = _place_on_lens(camera, *lens)
+        self.eye = eye = np.asarray(camera.eye) + aside
+        self.view = _view(camera, aside, renderer.band)
         self.surface, solids = drawn(snapshot, renderer.mode, eye, self.view.pixel)
         surface = self.surface
         renderer.solver.check(surface.elements)
@@ -33,7 +53,9 @@ class Stage:
         self.scene = _scene(bounded, surface, eye, self.unit, renderer.tolerance, device)
         self.bells = bells.kind_of(bounded)
         self.table = bells.bells_of(bounded, device) if self.bells else None
-        shapes = capsules(bounded.start, bounded.end, bounded.radius, device)
+        # Less than nothing is in no tile.
+        seen = np.where(self.scene.visible.numpy() & int(CAMERA), bounded.radius, -np.inf)
+        shapes = capsules(bounded.start, bounded.end, seen, device)
         self.lists = candidates(self.view, shapes, device)
         centers, radii = (centers - eye) / self.unit, radii / self.unit
         ball_shapes = capsules(centers, centers, radii, device)
@@ -41,9 +63,17 @@ class Stage:
         self.lights = lights_of(snapshot.world.lights, eye, self.unit, renderer.shadows, device)
         self.sky = sky_of(snapshot.world.background, self.view.pixel)
         self.solids = SolidStage(solids, eye, self.unit, device) if len(solids) else None
+        self.shapes = self.solids.shapes if self.solids else Shapes()
         self._bvhs = []
-        self.shadows = needed = renderer.shadows and any(light.shadows for light in snapshot.world.lights)
-        if self.bells:
+        self.fog = fog_of(snapshot.world.fog, self.unit)
+        materials = [*surface.materials, *solids.materials]
+        self.optical = any(m.reflection or m.transmission for m in materials)
+        wide = bool((self.lights.size.numpy() > 0.0).any())
+        self.shadows = renderer.shadows and any(light.shadows for light in snapshot.world.lights)
+        # Whether shadows are more than a yes or a no of everything.
+        self.subtle = self.shadows and (wide or any(m.transmission or m.visible_to != RAYS for m in materials))
+        needed = self.shadows or self.optical
+        if self.bells and not self.subtle:
             self.blockers = shadows.blockers_of(self.lights, bounded, self, device)
         self.balls = Balls()
         self.balls.center = ball_shapes.start
@@ -55,7 +85,7 @@ class Stage:
     def tree(self):
         """A tree of all elements, for rays that come from anywhere."""
         bounded = self.bounded
-        if not self.shadows:
+        if not (self.shadows or self.optical):
             return wp.uint64(0)
         return self._tree(bounded.start, bounded.end, bounded.radius, self.device)
 
@@ -81,6 +111,11 @@ def _scene(bounded, surface, eye, unit, tolerance, device) -> Scene:
     scene.order = wp.array(bounded.order, dtype=int, device=device)
     scene.exact = wp.array(bounded.rows, dtype=wp.float64, ndim=2, device=device)
     scene.tolerance = tolerance
+    scene.optics = wp.array(
+        np.array([m.optics for m in surface.materials]).reshape(-1, 4), dtype=wp.vec4, device=device
+    )
+    masks = np.array([m.mask for m in surface.materials], dtype=np.int32)
+    scene.visible = wp.array(masks[surface.owner], dtype=int, device=device)
     scene.owner = wp.array(surface.owner, dtype=int, device=device)
     table = [(*m.rgb, m.ambient, m.diffuse, m.specular, m.shininess, 0.0, *m.texture_row) for m in surface.materials]
     scene.materials = wp.array(np.array(table).reshape(-1, 15), dtype=float, ndim=2, device=device)
@@ -92,13 +127,23 @@ def _scene(bounded, surface, eye, unit, tolerance, device) -> Scene:
     return scene
 
 
-def _view(camera, size) -> View:
-    width, height = size
+def _place_on_lens(camera, out, angle) -> np.ndarray:
+    """A point of the lens relative to its middle, (3,)."""
+    right, up, _forward = camera.axes()
+    return 0.5 * camera.aperture * out * (math.cos(angle) * right + math.sin(angle) * up)
+
+
+def _view(camera, aside, band) -> View:
+    """The view from a point of the lens, `aside` of its middle: what is in focus stays where it is."""
     right, up, forward = camera.axes()
-    pixel = 2.0 * math.tan(math.radians(camera.fov) / 2.0) / height
+    pixel = 2.0 * math.tan(math.radians(camera.fov) / 2.0) / band.whole
+    focus = camera.focus or float(np.linalg.norm(np.subtract(camera.look_at, camera.eye)))
+    x = 0.5 * band.width + right @ aside / (focus * pixel)
+    y = 0.5 * band.whole - up @ aside / (focus * pixel) - band.top
     view = View()
     view.across, view.down = wp.vec3d(*(pixel * right)), wp.vec3d(*(-pixel * up))
-    view.corner = wp.vec3d(*(forward - 0.5 * width * pixel * right + 0.5 * height * pixel * up))
+    view.corner = wp.vec3d(*(forward - x * pixel * right + y * pixel * up))
     view.right, view.up, view.forward = wp.vec3(*right), wp.vec3(*up), wp.vec3(*forward)
-    view.width, view.height, view.tiles, view.pixel = width, height, -(-width // TILE), pixel
+    view.width, view.height, view.tiles, view.pixel = band.width, band.height, -(-band.width // TILE), pixel
+    view.center = wp.vec2(x, y)
     return view

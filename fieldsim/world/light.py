@@ -3,6 +3,7 @@
 import dataclasses
 
 from fieldsim import validate
+from fieldsim.errors import InputError
 from fieldsim.world.color import color_rgb
 
 
@@ -10,17 +11,21 @@ from fieldsim.world.color import color_rgb
 class Light:
     """What lights share: a colour, an intensity, and whether they cast shadows.
 
-    Brightness does not fall with distance.
+    Brightness does not fall with distance. samples: rays at most towards a light with an extent, whose shadows are
+    soft.
     """
 
     color: object = "white"
     intensity: float = 1.0
     shadows: bool = True
+    samples: int = 16
 
     def __post_init__(self):
         color_rgb(type(self).__name__, self.color)
         value = validate.number(type(self).__name__, "intensity", self.intensity, at_least=0.0)
         object.__setattr__(self, "intensity", value)
+        if not (isinstance(self.samples, int) and self.samples >= 1):
+            raise InputError(f"{type(self).__name__}: samples is {self.samples!r}; give a whole number of at least 1")
 
     @property
     def rgb(self) -> tuple[float, float, float]:
@@ -30,23 +35,33 @@ class Light:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class PointLight(Light):
-    """A light at a position."""
+    """A light at a position. radius: of the ball that shines, which softens shadows; 0: a point."""
 
     position: tuple[float, float, float]
+    radius: float = 0.0
 
     def __post_init__(self):
         super().__post_init__()
+        object.__setattr__(self, "radius", validate.number("PointLight", "radius", self.radius, at_least=0.0))
         object.__setattr__(self, "position", validate.vector("PointLight", "position", self.position))
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class DirectionalLight(Light):
-    """A light from far away. direction: the way its rays travel."""
+    """A light from far away. direction: the way its rays travel; angle: across which it is seen, in degrees.
+
+    The sun is seen across half a degree; larger angles soften shadows.
+    """
 
     direction: tuple[float, float, float]
+    angle: float = 0.0
 
     def __post_init__(self):
         super().__post_init__()
+        angle = validate.number("DirectionalLight", "angle", self.angle, at_least=0.0)
+        if not angle < 180.0:
+            raise InputError(f"DirectionalLight: angle is {angle:g}; give less than 180 degrees")
+        object.__setattr__(self, "angle", angle)
         object.__setattr__(self, "direction", validate.direction("DirectionalLight", "direction", self.direction))
 
 
@@ -65,6 +80,22 @@ class Background:
         color_rgb("Background", self.top)
         color_rgb("Background", self.bottom)
         validate.number("Background", "stars", self.stars, at_least=0.0)
+
+
+@dataclasses.dataclass(frozen=True)
+class Fog:
+    """What dims things with distance: e^(-density distance) of their light is left.
+
+    color: what takes its place; None: what is behind them of the background, into which they fade.
+    """
+
+    density: float = 0.1
+    color: object = None
+
+    def __post_init__(self):
+        object.__setattr__(self, "density", validate.number("Fog", "density", self.density, at_least=0.0))
+        if self.color is not None:
+            color_rgb("Fog", self.color)
 
 
 DEFAULT_LIGHTS = (

@@ -1,6 +1,7 @@
 """Materials: how thick and soft the tissue on a skeleton is, and how it looks."""
 
 import dataclasses
+import difflib
 
 from fieldsim import validate
 from fieldsim.errors import InputError
@@ -10,6 +11,20 @@ from fieldsim.world import tissue
 from fieldsim.world.color import color_rgb
 from fieldsim.world.motion import value_at
 from fieldsim.world.texture import Texture
+
+# The kinds of rays: from the camera, towards lights, off mirrors, through what is transparent.
+RAYS = ("camera", "shadow", "reflected", "transmitted")
+
+
+def rays_named(owner: str, names) -> tuple[str, ...]:
+    """Kinds of rays, one or several, each once and in the order of RAYS."""
+    names = (names,) if isinstance(names, str) else tuple(names)
+    for name in names:
+        if name not in RAYS:
+            near = difflib.get_close_matches(str(name), RAYS, n=1)
+            hint = f"did you mean {near[0]!r}?" if near else "give some of " + ", ".join(RAYS)
+            raise InputError(f"{owner}: visible_to has {name!r}; {hint}")
+    return tuple(ray for ray in RAYS if ray in names)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -23,6 +38,10 @@ class Material:
     kernel, whose width is its own, as fs.Newtonian() without any softening. The strength is the one that puts the
     surface at R exactly. Fields without end, as 1/r, add up over a skeleton: its surface lies farther out.
     threshold: T relative to the canonical 1: above 1 the body shrinks, below it swells.
+    reflection: share of the light that a surface mirrors; transmission: share of the rest that it lets in, tinted by
+    its colour and bent by the index of refraction `ior`, of which Fresnel's law mirrors its part; what is left is lit.
+    Transmission 1 and ior 1.5 make glass, 1.33 water. These mix by weight as the others do.
+    visible_to: the kinds of rays that meet the body, of RAYS. What they do not meet does not swell others either.
     level: draws an equipotential instead, where the body's own gravity comes to `level`, summed over all bodies drawn
     so; kernel, blobbiness and threshold then play no part, and radius only where free bodies touch.
     color: see `color_rgb`, or a solid texture such as `Marble`. ambient, diffuse, specular: factors of the lighting;
@@ -39,6 +58,10 @@ class Material:
     specular: float = 0.25
     shininess: float = 40.0
     level: float | None = None
+    reflection: float = 0.0
+    transmission: float = 0.0
+    ior: float = 1.5
+    visible_to: tuple[str, ...] = RAYS
 
     def __post_init__(self):
         known = isinstance(self.kernel, type) and issubclass(self.kernel, Kernel) and self.kernel is not Kernel
@@ -46,6 +69,7 @@ class Material:
             raise InputError(
                 f"Material: kernel is {self.kernel!r}; give a kernel such as fs.Gaussian or fs.Quartic(2.0)"
             )
+        object.__setattr__(self, "visible_to", rays_named("Material", self.visible_to))
         if not self.animated:
             self._check()
 
@@ -68,6 +92,12 @@ class Material:
             object.__setattr__(self, name, validate.number("Material", name, getattr(self, name), above=0.0))
         for name in ("ambient", "diffuse", "specular"):
             object.__setattr__(self, name, validate.number("Material", name, getattr(self, name), at_least=0.0))
+        for name in ("reflection", "transmission"):
+            value = validate.number("Material", name, getattr(self, name), at_least=0.0)
+            if value > 1.0:
+                raise InputError(f"Material: {name} is {value:g}; give a share of the light, 0 to 1")
+            object.__setattr__(self, name, value)
+        object.__setattr__(self, "ior", validate.number("Material", "ior", self.ior, above=0.0))
         blobbiness = validate.number("Material", "blobbiness", self.blobbiness)
         if not blobbiness < 0:
             raise InputError(f"Material: blobbiness is {blobbiness:g}; give a negative number, such as -4")
@@ -81,6 +111,16 @@ class Material:
     def rgb(self) -> tuple[float, float, float]:
         """Linear RGB, of a texture its first colour."""
         return color_rgb("Material", self.color.color if isinstance(self.color, Texture) else self.color)
+
+    @property
+    def optics(self) -> tuple[float, float, float, float]:
+        """Reflection, transmission, index of refraction, 0."""
+        return self.reflection, self.transmission, self.ior, 0.0
+
+    @property
+    def mask(self) -> int:
+        """The bits of `visible_to`: 1 << k for RAYS[k]."""
+        return sum(1 << RAYS.index(ray) for ray in self.visible_to)
 
     @property
     def texture_row(self) -> tuple[float, ...]:

@@ -10,7 +10,7 @@ from fieldsim.errors import InputError
 from fieldsim.potentials import cells
 from fieldsim.world.body import Body, Particles
 from fieldsim.world.color import color_rgb
-from fieldsim.world.light import DEFAULT_LIGHTS, Background, Light
+from fieldsim.world.light import DEFAULT_LIGHTS, Background, Fog, Light
 from fieldsim.world.material import Material
 from fieldsim.world.motion import IDENTITY, Pose, pose_at
 from fieldsim.world.shapes import PLAIN, ShapeGroup, Solids, checked_poses, joined
@@ -23,13 +23,21 @@ class World:
     """
 
     def __init__(
-        self, *, lights=DEFAULT_LIGHTS, background: Background | None = None, escape_radius: float | None = None
+        self,
+        *,
+        lights=DEFAULT_LIGHTS,
+        background: Background | None = None,
+        fog: Fog | None = None,
+        escape_radius: float | None = None,
     ):
         self.bodies: list[Body] = []
         self.particles: list[Particles] = []
         self.shapes: list[ShapeGroup] = []
         self.lights = tuple(lights)
         self.background = background or Background()
+        if fog is not None and not isinstance(fog, Fog):
+            raise InputError(f"World: fog is {fog!r}; give fs.Fog(density), or None")
+        self.fog = fog
         if escape_radius is not None:
             escape_radius = validate.number("World", "escape_radius", escape_radius, above=0.0)
         self.escape_radius = escape_radius

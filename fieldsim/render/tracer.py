@@ -1,0 +1,161 @@
+"""From samples of a picture to linear colours: rays from the eye, what lights them, mirrors and glass, fog."""
+
+import numpy as np
+import warp as wp
+
+from fieldsim.launch import launch
+from fieldsim.render import bounce, layers, lighting, shading, shadows
+from fieldsim.render.candidates import TILE
+from fieldsim.render.fog import fog_kernel
+from fieldsim.render.gather import CAMERA, REFLECTED, TRANSMITTED
+from fieldsim.render.hits import Hits
+from fieldsim.render.lanes import CPU_WIDTH
+from fieldsim.render.primary import OVERFLOW, trace_kernel
+from fieldsim.render.primary_bells import bells_kernel
+from fieldsim.render.solvers import solver_named
+
+_SCRATCH = 1 << 22  # intervals held in global memory at a time
+_HIT_FIELDS = {
+    "direction": wp.vec3,
+    "depth": float,
+    "thing": int,
+    "normal": wp.vec3,
+    "color": wp.vec3,
+    "light": wp.vec4,
+    "lift": float,
+}
+
+
+class Tracer:
+    """Traces and shades, keeping buffers. solver: a name, see `solvers`; rays: traced so far."""
+
+    def __init__(self, device, solver: str):
+        self.device = device
+        self.solver = solver_named(solver)
+        self.rays = 0
+        self._lanes = 1 if device.is_cuda else CPU_WIDTH
+        self._hits = {}
+
+    def colors(self, stage, samples, name) -> tuple[wp.array, Hits]:
+        """Linear colours (N,) of samples (N,) of the picture, and what they see; buffers are kept under `name`."""
+        hits = self.trace(stage, samples, name)
+        weight = wp.full(samples.shape[0], 1.0, dtype=float, device=self.device) if stage.optical else None
+        return self._lit(stage, hits, samples.shape[0], weight, 0), hits
+
+    def trace(self, stage, samples, name, layered=False) -> Hits:
+        """What samples (N,) of the picture see; layered: with what `layers` tell."""
+        count = samples.shape[0]
+        hits = self._buffers(name, count, stage)
+        options = {"layered": True} if layered else self.solver.options
+        if layered:
+            layers.prepare(hits, count, stage.scene.materials.shape[0], self.device)
+        inputs = [stage.view, stage.scene, self.solver.lists(stage), stage.balls, stage.ball_lists]
+        if stage.bells and not layered and self.solver.name == "hermite":
+            kernel = bells_kernel(stage.bells == "segments", self._lanes)
+            given = [stage.view, stage.scene, stage.table, stage.lists, stage.balls, stage.ball_lists]
+            self._launch_groups(kernel, count, [*given, samples, hits])
+        else:
+            launch(trace_kernel(stage.kinds, **options), count, [*inputs, samples, hits], device=self.device)
+        late = np.flatnonzero(hits.thing.numpy()[:count] == int(OVERFLOW))
+        self._launch_late(trace_kernel(stage.kinds, True, **options), late, stage, inputs, [samples, hits])
+        self.solver.finish(stage, samples, hits)
+        return self._finished(stage, hits, count, CAMERA)
+
+    def _onward(self, stage, hits, count, ray) -> Hits:
+        """What rays (N,) from places in the scene meet."""
+        inputs = [ray, stage.scene, stage.tree, stage.balls]
+        launch(bounce.ray_kernel(stage.kinds), count, [*inputs, hits], device=self.device)
+        late = np.flatnonzero(hits.thing.numpy()[:count] == int(OVERFLOW))
+        self._launch_late(bounce.ray_kernel(stage.kinds, True), late, stage, inputs, [hits])
+        return self._finished(stage, hits, count, ray)
+
+    def _finished(self, stage, hits, count, ray):
+        self.rays += count
+        if stage.solids is not None:
+            stage.solids.overlay(hits, stage.lights, stage.view.pixel, count, ray)
+        return hits
+
+    def _lit(self, stage, hits, count, weight, depth):
+        """Colours of hits. weight: how much each counts in the picture; depth: how often their rays have turned."""
+        parts = None
+        if stage.optical:
+            parts = [wp.empty(count, dtype=wp.vec3, device=self.device) for _ in range(2)]
+            launch(bounce.part, count, [hits], parts, device=self.device)
+        color = self._shade(stage, hits, count)
+        if stage.optical and depth < bounce.DEEPEST:
+            for ray, share in zip((REFLECTED, TRANSMITTED), parts, strict=True):
+                self._bounce(stage, hits, count, ray, share, weight, depth, color)
+        if stage.fog is not None:
+            launch(fog_kernel, count, [*stage.fog, stage.sky, hits], [color], device=self.device)
+        return color
+
+    def _bounce(self, stage, hits, count, ray, share, weight, depth, color):
+        """Send on the rays of one kind that matter, and add what they bring back."""
+        slot = wp.empty(count, dtype=int, device=self.device)
+        launch(bounce.worth, count, [share, weight], [slot], device=self.device)
+        wp.utils.array_scan(slot, slot, inclusive=True)
+        number = int(slot[count - 1 :].numpy()[0])
+        if not number:
+            return
+        onward = self._buffers((ray, depth), number, stage)
+        if onward.origin.shape[0] < number:
+            onward.origin = wp.empty(onward.depth.shape[0], dtype=wp.vec3, device=self.device)
+        onward_weight = wp.empty(number, dtype=float, device=self.device)
+        launch(bounce.send, count, [ray, slot, share, weight, hits, onward], [onward_weight], device=self.device)
+        self._onward(stage, onward, number, ray)
+        found = self._lit(stage, onward, number, onward_weight, depth + 1)
+        launch(bounce.bring_back, count, [slot, share, found], [color], device=self.device)
+
+    def _shade(self, stage, hits, count):
+        """Colours under the lights alone."""
+        color = wp.empty(count, dtype=wp.vec3, device=self.device)
+        rays = wp.empty(count, dtype=int, device=self.device)
+        light = [stage.balls, stage.lights, stage.sky]
+        kernel_of = shading.shade_kernel
+        if stage.subtle:
+            light.insert(1, stage.shapes)
+            kernel_of = lighting.shade_kernel
+        inputs = [stage.scene, stage.tree, *light]
+        if stage.bells and not stage.subtle:
+            kernel = shadows.shade_kernel(stage.bells == "segments", self._lanes)
+            self._launch_groups(kernel, count, [stage.table, stage.blockers, *light, hits, color, rays])
+        else:
+            launch(kernel_of(stage.kinds), count, [*inputs, hits, color, rays], device=self.device)
+        late = np.flatnonzero(rays.numpy() < 0)
+        self._launch_late(kernel_of(stage.kinds, True), late, stage, inputs, [hits, color, rays])
+        self.rays += int(rays.numpy().sum())
+        return color
+
+    def _buffers(self, name, count, stage) -> Hits:
+        """Hits with room for `count` samples, kept under `name`."""
+        hits = self._hits.get(name)
+        if hits is None or hits.depth.shape[0] < count:
+            # How many rays there are varies from frame to frame.
+            count = count if name == "pixels" else int(1.25 * count)
+            hits = Hits()
+            for field, dtype in _HIT_FIELDS.items():
+                setattr(hits, field, wp.empty(count, dtype=dtype, device=self.device))
+            hits.origin = wp.empty(0, dtype=wp.vec3, device=self.device)
+            hits.optics = wp.empty(0, dtype=wp.vec4, device=self.device)
+            hits.blocked = wp.empty((0, 0), dtype=wp.uint8, device=self.device)
+            self._hits[name] = hits
+        if stage.solids is None:
+            hits.blocked = wp.empty((0, 0), dtype=wp.uint8, device=self.device)
+        room = hits.depth.shape[0] if stage.optical else 0
+        if hits.optics.shape[0] != room:
+            hits.optics = wp.empty(room, dtype=wp.vec4, device=self.device)
+        return hits
+
+    def _launch_groups(self, kernel, count, arguments):
+        """Launch a kernel whose items are groups of samples: a tile on a CPU, single samples on a GPU."""
+        group = 1 if self.device.is_cuda else TILE * TILE
+        launch(kernel, -(-count // group), [group, *arguments], device=self.device, grain=4)
+
+    def _launch_late(self, kernel, late, stage, inputs, outputs):
+        """Launch a kernel for the samples `late`, whose intervals did not fit, with global memory for them."""
+        room = max(stage.count, 1)
+        step = max(1, _SCRATCH // room)
+        for k in range(0, len(late), step):
+            which = wp.array(late[k : k + step].astype(np.int32), dtype=int, device=self.device)
+            scratch = [wp.empty((len(which), room), dtype=dtype, device=self.device) for dtype in (int, float, float)]
+            launch(kernel, len(which), [*inputs, which, *outputs, *scratch], device=self.device, grain=1)

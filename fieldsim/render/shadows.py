@@ -13,7 +13,7 @@ import numpy as np
 import warp as wp
 
 from fieldsim.launch import launch
-from fieldsim.render import lockstep
+from fieldsim.render import hermite, lockstep
 from fieldsim.render.bells import Bells
 from fieldsim.render.candidates import sorted_lists
 from fieldsim.render.hits import Balls, Hits, Lights, above, behind_shape
@@ -22,7 +22,6 @@ from fieldsim.render.shading import ball_shadow, lit, towards, unlit
 from fieldsim.render.sky import Sky
 
 _MOST = 256  # cells along a side of a grid
-_DARK, _LIT = (wp.constant(k) for k in (-2, -1))  # instead of a list of what may block a ray
 
 
 @wp.struct
@@ -30,11 +29,13 @@ class Blockers:
     """What may block light: a tree of all elements, and a grid for each parallel light.
 
     Cell c of grid k lists ids[first[k side^2 + c] : first[k side^2 + c + 1]], large ones first. grid: a light's grid,
-    or -1; right, up: axes across its light, per cell, and the grid's corner, in cells; side: cells along a side.
+    or -1; light: a grid's light; right, up: axes across its light, per cell, and the grid's corner, in cells; side:
+    cells along a side.
     """
 
     tree: wp.uint64
     grid: wp.array(dtype=int)
+    light: wp.array(dtype=int)
     right: wp.array(dtype=wp.vec4)
     up: wp.array(dtype=wp.vec4)
     side: int
@@ -73,7 +74,7 @@ def blockers_of(lights, bounded, stage, device) -> Blockers:
     grid = np.full(len(where), -1, dtype=np.int32)
     grid[parallel] = np.arange(len(parallel))
     number = len(bounded.radius)
-    side = int(np.clip(4 * math.sqrt(number), 8, _MOST))
+    side = int(np.clip(2 * math.sqrt(number), 8, _MOST))
     order = np.argsort(-bounded.radius, kind="stable")
     axes, rectangles = [], []
     for k in parallel:
@@ -91,6 +92,7 @@ def blockers_of(lights, bounded, stage, device) -> Blockers:
     launch(_fill, len(count), [number, side, *inputs], [cell, blockers.ids], device=device, grain=4096)
     blockers.first = sorted_lists(cell, blockers.ids, total, len(parallel) * side**2, device)
     blockers.grid = wp.array(grid, dtype=int, device=device)
+    blockers.light = wp.array(parallel.astype(np.int32), dtype=int, device=device)
     blockers.right = wp.array(right_up[:, 0], dtype=wp.vec4, device=device)
     blockers.up = wp.array(right_up[:, 1], dtype=wp.vec4, device=device)
     blockers.side = side
@@ -115,125 +117,58 @@ def _rectangles(toward, bounded, order, side):
     return axes, np.clip(np.concatenate([first, last], axis=1), 0, side)
 
 
+@wp.func
+def _cell_of(p: wp.vec3, grid: int, blockers: Blockers):
+    """The cell of a grid in which p lies; -1 for none."""
+    right = blockers.right[grid]
+    up = blockers.up[grid]
+    x = int(wp.floor(right[0] * p[0] + right[1] * p[1] + right[2] * p[2] + right[3]))
+    y = int(wp.floor(up[0] * p[0] + up[1] * p[1] + up[2] * p[2] + up[3]))
+    if wp.min(x, y) < 0 or wp.max(x, y) >= blockers.side:
+        return -1
+    return (grid * blockers.side + y) * blockers.side + x
+
+
 @functools.cache
-def shade_kernel(segments, width):
-    """The kernel that shades hits on surfaces made of bells, `width` at a time."""
+def shade_kernel(segments, width, trees):
+    """The kernel that shades hits on surfaces made of bells, but for the lights of grids, whose cells it tells.
+
+    trees: whether there are other lights that cast shadows.
+    """
     first_hits = lockstep.first_hits_function(segments, width, shadow=True)
     rows = int(lockstep.RAY_ROWS)
     room = lockstep.ROOM
 
     @wp.func
-    def cell_of(p: wp.vec3, grid: int, blockers: Blockers):
-        """The cell of a grid in which p lies; _LIT for none."""
-        right = blockers.right[grid]
-        up = blockers.up[grid]
-        x = int(wp.floor(right[0] * p[0] + right[1] * p[1] + right[2] * p[2] + right[3]))
-        y = int(wp.floor(up[0] * p[0] + up[1] * p[1] + up[2] * p[2] + up[3]))
-        if wp.min(x, y) < 0 or wp.max(x, y) >= blockers.side:
-            return _LIT
-        return (grid * blockers.side + y) * blockers.side + x
-
-    @wp.func
-    def aim(
-        lane: int,
-        i: int,
-        light: int,
-        lights: Lights,
-        blockers: Blockers,
-        balls: Balls,
-        hits: Hits,
-        cast: wp.array(dtype=int),
-        rays: wp.array(dtype=float),
-    ):
-        """A ray to a light. Returns its list: a cell, or its lane where there is no grid; _DARK or _LIT without."""
-        if hits.thing[i] == -1:
-            return _DARK
-        p = above(i, hits)
-        toward, far = towards(p, lights.where[light])
-        if wp.dot(hits.normal[i], toward) <= 0.0:
-            return _DARK
-        for k in range(3):
-            rays[(lockstep.START + k) * width + lane] = p[k]
-            rays[(lockstep.DIRECTION + k) * width + lane] = toward[k]
-        rays[rows * width + lane] = far
-        if lights.shadows[light] == 0:
-            return _LIT
-        cast[i] += 1
-        if behind_shape(i, light, hits) or ball_shadow(p, toward, far, balls):
-            return _DARK
-        if blockers.grid[light] < 0:
-            return lane
-        return cell_of(p, blockers.grid[light], blockers)
-
-    @wp.func
-    def meet(
-        key: int,
-        grid: int,
+    def dark(
+        p: wp.vec3,
+        toward: wp.vec3,
+        far: float,
         table: Bells,
         blockers: Blockers,
         rays: wp.array(dtype=float),
         found: wp.array(dtype=int),
     ):
-        """Look for hits of the rays with that key."""
-        # Distances matter where the first hit does.
-        near = rays
-        if grid >= 0:
-            first_hits(table, blockers.ids, blockers.first[key], blockers.first[key + 1], near, rays, found)
-            return
-        p = wp.vec3(rays[key], rays[width + key], rays[2 * width + key])
-        d = wp.vec3(rays[3 * width + key], rays[4 * width + key], rays[5 * width + key])
-        far = rays[lockstep.FAR * width + key]
-        query = wp.bvh_query_ray(blockers.tree, p, d)
+        """Whether the tree's elements block a ray: a distance, NO_HIT or GIVEN_UP."""
+        query = wp.bvh_query_ray(blockers.tree, p, toward)
         i = int(0)
         count = int(0)
         while wp.bvh_query_next(query, i, far):
-            if count < room:
-                found[count] = i
+            if count == room:
+                return float(lockstep.GIVEN_UP)
+            found[count] = i
             count += 1
-        if count > room:
-            rays[lockstep.HIT * width + key] = lockstep.GIVEN_UP
-        else:
-            first_hits(table, found, 0, count, near, rays, found)
-
-    @wp.func
-    def shade(
-        first: int,
-        number: int,
-        light: int,
-        table: Bells,
-        blockers: Blockers,
-        lights: Lights,
-        hits: Hits,
-        color: wp.array(dtype=wp.vec3),
-        cast: wp.array(dtype=int),
-        rays: wp.array(dtype=float),
-        keys: wp.array(dtype=int),
-        found: wp.array(dtype=int),
-    ):
-        """Add what a light gives."""
-        for leader in range(number):
-            key = keys[leader]
-            if key >= 0:
-                for lane in range(width):
-                    rays[lockstep.FAR * width + lane] = 0.0
-                    if lane < number and keys[lane] == key:
-                        rays[lockstep.FAR * width + lane] = rays[rows * width + lane]
-                meet(key, blockers.grid[light], table, blockers, rays, found)
-                for lane in range(leader, number):
-                    if keys[lane] == key:
-                        hit = rays[lockstep.HIT * width + lane]
-                        keys[lane] = wp.where(hit < 0.0, _LIT, _DARK)
-                        if hit == lockstep.GIVEN_UP:
-                            cast[first + lane] = -(1 << 20)
-            if keys[leader] == _LIT:
-                toward = wp.vec3(rays[3 * width + leader], rays[4 * width + leader], rays[5 * width + leader])
-                i = first + leader
-                color[i] = color[i] + lit(i, toward, lights.color[light], hits)
+        for k in range(3):
+            rays[(lockstep.START + k) * width] = p[k]
+            rays[(lockstep.DIRECTION + k) * width] = toward[k]
+        rays[lockstep.FAR * width] = far
+        # Distances of elements matter where the first hit does.
+        first_hits(table, found, 0, count, rays, rays, found)
+        return rays[lockstep.HIT * width]
 
     @wp.kernel(module="unique", enable_backward=False, module_options=OPTIONS)
     def shade_bells(
         start: int,
-        group: int,
         table: Bells,
         blockers: Blockers,
         balls: Balls,
@@ -242,24 +177,130 @@ def shade_kernel(segments, width):
         hits: Hits,
         color: wp.array(dtype=wp.vec3),
         cast: wp.array(dtype=int),
+        cell: wp.array2d(dtype=int),
     ):
-        rays = wp.zeros(shape=wp.static((rows + 1) * width), dtype=float)
-        keys = wp.zeros(shape=width, dtype=int)
-        found = wp.zeros(shape=room, dtype=int)
-        begin = (start + wp.tid()) * group
-        end = wp.min(begin + group, color.shape[0])
-        for first in range(begin, end, width):
-            number = wp.min(end - first, width)
-            seen = int(0)
-            for lane in range(number):
-                color[first + lane] = unlit(first + lane, hits, sky)
-                cast[first + lane] = 0
-                seen += wp.where(hits.thing[first + lane] == -1, 0, 1)
-            if seen == 0:
-                continue
-            for light in range(lights.where.shape[0]):
-                for lane in range(number):
-                    keys[lane] = aim(lane, first + lane, light, lights, blockers, balls, hits, cast, rays)
-                shade(first, number, light, table, blockers, lights, hits, color, cast, rays, keys, found)
+        i = start + wp.tid()
+        result = unlit(i, hits, sky)
+        rays_cast = int(0)
+        for grid in range(cell.shape[0]):
+            cell[grid, i] = -1
+        if hits.thing[i] != -1:
+            p = above(i, hits)
+            for k in range(lights.where.shape[0]):
+                toward, far = towards(p, lights.where[k])
+                if wp.dot(hits.normal[i], toward) <= 0.0:
+                    continue
+                blocked = float(hermite.NO_HIT)
+                if lights.shadows[k] == 1:
+                    rays_cast += 1
+                    if behind_shape(i, k, hits) or ball_shadow(p, toward, far, balls):
+                        continue
+                    grid = blockers.grid[k]
+                    if grid >= 0:
+                        cell[grid, i] = _cell_of(p, grid, blockers)
+                        if cell[grid, i] >= 0:
+                            continue
+                    elif wp.static(trees):
+                        rays = wp.zeros(shape=wp.static(rows * width), dtype=float)
+                        found = wp.zeros(shape=room, dtype=int)
+                        blocked = dark(p, toward, far, table, blockers, rays, found)
+                        if blocked == lockstep.GIVEN_UP:
+                            rays_cast = -1
+                            break
+                if blocked < 0.0:
+                    result += lit(i, toward, lights.color[k], hits)
+        color[i] = result
+        cast[i] = rays_cast
 
     return shade_bells
+
+
+@wp.kernel(enable_backward=False)
+def _chosen(start: int, cell: wp.array(dtype=int), chosen: wp.array(dtype=int)):
+    e = start + wp.tid()
+    chosen[e] = wp.where(cell[e] >= 0, 1, 0)
+
+
+@wp.kernel(enable_backward=False)
+def _pack(
+    start: int,
+    cell: wp.array(dtype=int),
+    slot: wp.array(dtype=int),
+    key: wp.array(dtype=int),
+    ids: wp.array(dtype=int),
+):
+    e = start + wp.tid()
+    if cell[e] >= 0:
+        key[slot[e] - 1] = cell[e]
+        ids[slot[e] - 1] = e
+
+
+def by_cell(cell: wp.array, cells: int, device) -> tuple[wp.array, wp.array]:
+    """(keys, entries): the entries >= 0 of `cell` (all below `cells`) in order, and where they were."""
+    number = cell.shape[0]
+    slot = wp.empty(number, dtype=int, device=device)
+    launch(_chosen, number, [cell], [slot], device=device, grain=1 << 14)
+    wp.utils.array_scan(slot, slot, inclusive=True)
+    total = int(slot[number - 1 :].numpy()[0]) if number else 0
+    key, ids = (wp.empty(max(2 * total, 1), dtype=int, device=device) for _ in range(2))
+    launch(_pack, number, [cell, slot], [key, ids], device=device, grain=1 << 14)
+    if total:
+        wp.utils.radix_sort_pairs(key, ids, total, end_bit=max(int(cells).bit_length(), 1))
+    return key[:total], ids[:total]
+
+
+@functools.cache
+def cells_kernel(segments, width):
+    """The kernel that adds the light of grids to hits in the order of cells, `width` of one cell at a time."""
+    first_hits = lockstep.first_hits_function(segments, width, shadow=True)
+    rows = int(lockstep.RAY_ROWS)
+
+    @wp.kernel(module="unique", enable_backward=False, module_options=OPTIONS)
+    def shade_cells(
+        start: int,
+        group: int,
+        table: Bells,
+        blockers: Blockers,
+        lights: Lights,
+        hits: Hits,
+        key: wp.array(dtype=int),
+        ids: wp.array(dtype=int),
+        color: wp.array(dtype=wp.vec3),
+        cast: wp.array(dtype=int),
+    ):
+        rays = wp.zeros(shape=wp.static(rows * width), dtype=float)
+        none = wp.zeros(shape=1, dtype=int)
+        at = int((start + wp.tid()) * group)
+        last = wp.min(at + group, key.shape[0])
+        while at < last:
+            cell = key[at]
+            light = blockers.light[cell // (blockers.side * blockers.side)]
+            number = int(0)
+            for lane in range(width):
+                rays[lockstep.FAR * width + lane] = 0.0
+                if number == lane and at + lane < last:
+                    if key[at + lane] == cell:
+                        p = above(ids[at + lane] % color.shape[0], hits)
+                        toward, far = towards(p, lights.where[light])
+                        for k in range(3):
+                            rays[(lockstep.START + k) * width + lane] = p[k]
+                            rays[(lockstep.DIRECTION + k) * width + lane] = toward[k]
+                        rays[lockstep.FAR * width + lane] = far
+                        number += 1
+            # Distances of elements matter where the first hit does.
+            first_hits(table, blockers.ids, blockers.first[cell], blockers.first[cell + 1], rays, rays, none)
+            for lane in range(number):
+                i = ids[at + lane] % color.shape[0]
+                hit = rays[lockstep.HIT * width + lane]
+                if hit == lockstep.GIVEN_UP:
+                    cast[i] = -1
+                elif hit < 0.0:
+                    toward = wp.vec3(
+                        rays[lockstep.DIRECTION * width + lane],
+                        rays[(lockstep.DIRECTION + 1) * width + lane],
+                        rays[(lockstep.DIRECTION + 2) * width + lane],
+                    )
+                    color[i] = color[i] + lit(i, toward, lights.color[light], hits)
+            at += number
+
+    return shade_cells

@@ -117,14 +117,25 @@ class Tracer:
             kernel_of = lighting.shade_kernel
         inputs = [stage.scene, stage.tree, *light]
         if stage.bells and not stage.subtle:
-            kernel = shadows.shade_kernel(stage.bells == "segments", self._lanes)
-            self._launch_groups(kernel, count, [stage.table, stage.blockers, *light, hits, color, rays])
+            self._shade_bells(stage, light, hits, color, rays)
         else:
             launch(kernel_of(stage.kinds), count, [*inputs, hits, color, rays], device=self.device)
         late = np.flatnonzero(rays.numpy() < 0)
         self._launch_late(kernel_of(stage.kinds, True), late, stage, inputs, [hits, color, rays])
         self.rays += int(rays.numpy().sum())
         return color
+
+    def _shade_bells(self, stage, light, hits, color, rays):
+        """The same for surfaces that are made of bells."""
+        blockers, kind = stage.blockers, (stage.bells == "segments", self._lanes)
+        cell = wp.empty((blockers.light.shape[0], color.shape[0]), dtype=int, device=self.device)
+        arguments = [stage.table, blockers, *light, hits, color, rays, cell]
+        kernel = shadows.shade_kernel(*kind, bool(blockers.tree))
+        launch(kernel, color.shape[0], arguments, device=self.device, grain=1024)
+        if cell.shape[0]:
+            key, ids = shadows.by_cell(cell.flatten(), blockers.first.shape[0], self.device)
+            arguments = [stage.table, blockers, stage.lights, hits, key, ids, color, rays]
+            self._launch_groups(shadows.cells_kernel(*kind), key.shape[0], arguments)
 
     def _buffers(self, name, count, stage) -> Hits:
         """Hits with room for `count` samples, kept under `name`."""

@@ -1,8 +1,7 @@
 """From a snapshot and a camera to a picture."""
 
-# ruff: noqa: UP018 - bool(False) makes a variable that Warp lets a branch change
-
 import copy
+import functools
 import math
 import warnings
 
@@ -15,16 +14,13 @@ from fieldsim.launch import device_named, launch
 from fieldsim.render import bounds, layers
 from fieldsim.render.camera import Camera
 from fieldsim.render.candidates import TILE
-from fieldsim.render.hits import BALLS, Hits
+from fieldsim.render.hits import BALLS
+from fieldsim.render.smoothing import Smoother
 from fieldsim.render.solids_skeleton import MODES
 from fieldsim.render.stage import Band, Stage
 from fieldsim.render.tracer import Tracer
 from fieldsim.world.world import Snapshot
 
-# Samples of a pixel on a 4 x 4 grid: four with no two in a row or column, then the other twelve.
-_ROOKS = ((0, 1), (1, 3), (2, 0), (3, 2))
-_REST = tuple((x, y) for y in range(4) for x in range(4) if (x, y) not in _ROOKS)
-CONTRAST = wp.constant(0.1)  # of square roots of linear colours, from which pixels are given more samples
 _MOST_PIXELS = 1 << 23  # in memory at a time: two thirds of a gigabyte
 QUALITIES = {"draft": 4, "final": 16}
 EXPOSURES = {"draft": 8, "final": 32}
@@ -105,7 +101,8 @@ class Renderer:
             stage = Stage(snapshots[0], cameras[0], self)
             color, hits = self._developed(stage, self._grid, "pixels")
             if self.samples > 1:
-                self._smooth(stage, hits, color)
+                shade = functools.partial(self._supersampled, stage)
+                self._smoother.smooth(self.samples, hits, color, shade)
             self._look_for_surface(stage, hits)
         picture = wp.empty((self.size[1], self.size[0], 3), dtype=wp.uint8, device=self.device)
         launch(_print, self._slot.shape[0], [self._slot, color], [picture.flatten()], device=self.device)
@@ -183,42 +180,14 @@ class Renderer:
         slot = np.empty(width * height, dtype=np.int32)
         slot[order] = np.arange(width * height, dtype=np.int32)
         centers = np.stack([x[order] + 0.5, y[order] + 0.5], axis=1)
-        self._pixels = np.stack([x[order], y[order]], axis=1)
         self._grid = wp.array(centers, dtype=wp.vec2, device=self.device)
         self._slot = wp.array(slot, dtype=int, device=self.device)
-        self._edge = wp.empty(width * height, dtype=wp.uint8, device=self.device)
+        self._smoother = Smoother(self.size, self._slot, self._grid)
 
-    def _smooth(self, stage, hits, color):
-        """Give more samples to pixels that differ from their neighbours, and more still where those differ."""
-        width, height = self.size
-        launch(_edges, width * height, [width, height, self._slot, hits, color], [self._edge], device=self.device)
-        edges = np.flatnonzero(self._edge.numpy())
-        seen = self._supersample(stage, edges, _ROOKS)
-        if self.samples > 4 and len(edges):
-            perceived = np.sqrt(np.maximum(seen, 0.0))
-            spread = (perceived.max(axis=1) - perceived.min(axis=1)).max(axis=1) > CONTRAST
-            edges_more = edges[spread]
-            more = self._supersample(stage, edges_more, _REST)
-            self._put(color, edges_more, np.concatenate([seen[spread], more], axis=1).mean(axis=1))
-            edges, seen = edges[~spread], seen[~spread]
-        self._put(color, edges, seen.mean(axis=1))
-
-    def _supersample(self, stage, pixels, pattern):
-        """Colours (N, len(pattern), 3) in 0..1 of samples within pixels."""
-        if not len(pixels):
-            return np.zeros((0, len(pattern), 3), dtype=np.float32)
-        offsets = (np.array(pattern) + 0.5) / 4.0
-        points = (self._pixels[pixels][:, None, :] + offsets).reshape(-1, 2)
-        samples = wp.array(points, dtype=wp.vec2, device=self.device)
-        color = self._developed(stage, samples, "samples")[0].numpy()
-        # Brighter than white counts as white, or highlights would have ragged edges.
-        return np.minimum(color, 1.0).reshape(len(pixels), len(pattern), 3)
-
-    def _put(self, color, pixels, values):
-        if len(pixels):
-            which = wp.array(pixels.astype(np.int32), dtype=int, device=self.device)
-            values = wp.array(values, dtype=wp.vec3, device=self.device)
-            launch(_scatter, len(pixels), [which, values], [color], device=self.device)
+    def _supersampled(self, stage, samples, share):
+        """Colours of samples within pixels, `share` of them in each."""
+        stage.lights.share = share
+        return self._developed(stage, samples, "samples")[0]
 
     def _look_for_surface(self, stage, hits):
         """Warn, once, where no pixel sees a surface because the field nowhere reaches the level."""
@@ -244,57 +213,6 @@ def _checked_size(size):
     if not fits:
         raise InputError(f"Renderer: size is {size!r}; give (width, height), two whole numbers above 0")
     return int(width), int(height)
-
-
-@wp.func
-def _differ(a: int, b: int, hits: Hits, color: wp.array(dtype=wp.vec3)):
-    """Whether the picture changes so much between two neighbouring pixels that they need more samples."""
-    if hits.thing[a] == -1 and hits.thing[b] == -1:
-        return False
-    if hits.thing[a] < 0 or hits.thing[b] < 0:
-        return True
-    # Square roots stand in for what the eye sees.
-    for k in range(3):
-        if wp.abs(_seen(color[a][k]) - _seen(color[b][k])) > CONTRAST:
-            return True
-    return wp.dot(hits.normal[a], hits.normal[b]) < 0.5
-
-
-@wp.func
-def _seen(linear: float):
-    return wp.sqrt(wp.clamp(linear, 0.0, 1.0))
-
-
-@wp.kernel(enable_backward=False)
-def _edges(
-    start: int,
-    width: int,
-    height: int,
-    slot: wp.array(dtype=int),
-    hits: Hits,
-    color: wp.array(dtype=wp.vec3),
-    edge: wp.array(dtype=wp.uint8),
-):
-    k = start + wp.tid()
-    x = k % width
-    y = k // width
-    i = slot[k]
-    found = bool(False)
-    if x > 0:
-        found = _differ(i, slot[k - 1], hits, color)
-    if x < width - 1 and not found:
-        found = _differ(i, slot[k + 1], hits, color)
-    if y > 0 and not found:
-        found = _differ(i, slot[k - width], hits, color)
-    if y < height - 1 and not found:
-        found = _differ(i, slot[k + width], hits, color)
-    edge[i] = wp.uint8(wp.where(found, 1, 0))
-
-
-@wp.kernel(enable_backward=False)
-def _scatter(start: int, which: wp.array(dtype=int), values: wp.array(dtype=wp.vec3), color: wp.array(dtype=wp.vec3)):
-    k = start + wp.tid()
-    color[which[k]] = values[k]
 
 
 @wp.func

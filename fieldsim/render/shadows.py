@@ -18,6 +18,7 @@ from fieldsim.render.bells import Bells
 from fieldsim.render.candidates import sorted_lists
 from fieldsim.render.hits import Balls, Hits, Lights, above, behind_shape
 from fieldsim.render.lanes import OPTIONS
+from fieldsim.render.packing import picked
 from fieldsim.render.shading import ball_shadow, lit, towards, unlit
 from fieldsim.render.sky import Sky
 
@@ -215,35 +216,9 @@ def shade_kernel(segments, width, trees):
     return shade_bells
 
 
-@wp.kernel(enable_backward=False)
-def _chosen(start: int, cell: wp.array(dtype=int), chosen: wp.array(dtype=int)):
-    e = start + wp.tid()
-    chosen[e] = wp.where(cell[e] >= 0, 1, 0)
-
-
-@wp.kernel(enable_backward=False)
-def _pack(
-    start: int,
-    cell: wp.array(dtype=int),
-    slot: wp.array(dtype=int),
-    key: wp.array(dtype=int),
-    ids: wp.array(dtype=int),
-):
-    e = start + wp.tid()
-    if cell[e] >= 0:
-        key[slot[e] - 1] = cell[e]
-        ids[slot[e] - 1] = e
-
-
-def by_cell(cell: wp.array, cells: int, device) -> tuple[wp.array, wp.array]:
+def by_cell(cell: wp.array, cells: int) -> tuple[wp.array, wp.array]:
     """(keys, entries): the entries >= 0 of `cell` (all below `cells`) in order, and where they were."""
-    number = cell.shape[0]
-    slot = wp.empty(number, dtype=int, device=device)
-    launch(_chosen, number, [cell], [slot], device=device, grain=1 << 14)
-    wp.utils.array_scan(slot, slot, inclusive=True)
-    total = int(slot[number - 1 :].numpy()[0]) if number else 0
-    key, ids = (wp.empty(max(2 * total, 1), dtype=int, device=device) for _ in range(2))
-    launch(_pack, number, [cell, slot], [key, ids], device=device, grain=1 << 14)
+    key, ids, total = picked(cell)
     if total:
         wp.utils.radix_sort_pairs(key, ids, total, end_bit=max(int(cells).bit_length(), 1))
     return key[:total], ids[:total]

@@ -133,7 +133,7 @@ class Tracer:
         kernel = shadows.shade_kernel(*kind, bool(blockers.tree))
         launch(kernel, color.shape[0], arguments, device=self.device, grain=1024)
         if cell.shape[0]:
-            key, ids = shadows.by_cell(cell.flatten(), blockers.first.shape[0], self.device)
+            key, ids = shadows.by_cell(cell.flatten(), blockers.first.shape[0])
             arguments = [stage.table, blockers, stage.lights, hits, key, ids, color, rays]
             self._launch_groups(shadows.cells_kernel(*kind), key.shape[0], arguments)
 

@@ -1,5 +1,7 @@
 """Mirrors, glass, coloured and soft shadows, fog, lenses, exposure: against closed forms and against other pictures."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -12,6 +14,7 @@ SKY = fs.Background(top="#ff2040", bottom="#2040ff", stars=0.0)
 PLAIN = fs.Background(top="black", bottom="black", stars=0.0)
 # Flat light: what a surface sends is its colour.
 FLAT = {"ambient": 0.0, "diffuse": 1.0, "specular": 0.0}
+DARK = (fs.DirectionalLight(direction=(0, 0, -1), intensity=0.0, shadows=False),)
 # White from everywhere, even under a black sky.
 SHINING = {"ambient": 1000.0, "diffuse": 0.0, "specular": 0.0}
 
@@ -66,7 +69,7 @@ def glass_ball(d, center, radius, ior, bounces=12):
 
 @pytest.mark.parametrize("soft", [True, False])
 def test_a_glass_ball_bends_light_as_snell_and_fresnel_say(soft):
-    world = fs.World(lights=(), background=SKY)
+    world = fs.World(lights=DARK, background=SKY)
     glass = fs.Material(color="white", radius=0.5, blobbiness=-2, transmission=1.0, ior=1.5)
     if soft:
         world.add_body(fs.Body(fs.Point((0, 0, 0)), surface=glass))
@@ -225,7 +228,7 @@ def test_mirrors_and_glass_meet_only_what_they_may():
 
 
 def test_fog_takes_its_share_of_each_length():
-    world = fs.World(lights=(), background=PLAIN, fog=fs.Fog(0.3, "white"))
+    world = fs.World(lights=DARK, background=PLAIN, fog=fs.Fog(0.3, "white"))
     world.add_body(fs.Body(fs.Point((0, 0, 0)), surface=fs.Material(color="black", radius=0.5)))
     camera = fs.Camera(eye=(0, -3, 0), fov=30)
     renderer = Renderer((32, 32), samples=1)
@@ -235,7 +238,7 @@ def test_fog_takes_its_share_of_each_length():
 
 
 def test_clear_fog_fades_into_the_sky():
-    world = fs.World(lights=(), background=SKY, fog=fs.Fog(50.0))
+    world = fs.World(lights=DARK, background=SKY, fog=fs.Fog(50.0))
     world.add_body(fs.Body(fs.Point((0, 0, 0)), surface=fs.Material(color="black", radius=0.5)))
     camera = fs.Camera(eye=(0, -3, 0.5), fov=30)
     picture = linear(Renderer((32, 32), samples=1).frame(world.at(0.0), camera))
@@ -244,7 +247,7 @@ def test_clear_fog_fades_into_the_sky():
 
 def bead(depth, radius=0.02):
     """A bright bead on the camera's axis."""
-    world = fs.World(lights=(), background=PLAIN)
+    world = fs.World(lights=DARK, background=PLAIN)
     world.add_shape(fs.Ball((0, depth, 0), radius), fs.Material(color="white", **SHINING))
     return world
 
@@ -263,7 +266,7 @@ def test_lenses_blur_what_is_out_of_focus_by_the_circle_of_confusion():
 
 
 def test_an_open_shutter_sees_the_mean_of_its_moments():
-    world = fs.World(lights=(), background=PLAIN)
+    world = fs.World(lights=DARK, background=PLAIN)
     material = fs.Material(color="white", radius=0.2, **SHINING)
     world.add_body(fs.Body(fs.Point((0, 0, 0)), surface=material, motion=lambda t: fs.Pose((t, 0.0, 0.0))))
     camera = fs.Camera(eye=(0.5, -4, 0), look_at=(0.5, 0, 0), fov=30)
@@ -278,7 +281,7 @@ def test_an_open_shutter_sees_the_mean_of_its_moments():
 
 
 def test_films_blur_while_the_shutter_is_open(tmp_path):
-    world = fs.World(lights=(), background=PLAIN)
+    world = fs.World(lights=DARK, background=PLAIN)
     material = fs.Material(color="white", radius=0.2, **SHINING)
     world.add_body(fs.Body(fs.Point((0, 0, 0)), surface=material, motion=lambda t: fs.Pose((t, 0.0, 0.0))))
     camera = fs.Camera(eye=(0, -4, 0), shutter=0.1)
@@ -295,7 +298,7 @@ def test_films_blur_while_the_shutter_is_open(tmp_path):
 
 
 def test_exposure_doubles_and_film_rolls_off():
-    world = fs.World(lights=(), background=fs.Background(top="#404040", bottom="#404040", stars=0.0))
+    world = fs.World(lights=DARK, background=fs.Background(top="#404040", bottom="#404040", stars=0.0))
     shot = lambda **look: linear(Renderer((4, 4)).frame(world.at(0.0), fs.Camera(eye=(0, -4, 0), **look)))[0, 0, 0]  # noqa: E731
     gray = color_rgb("", "#404040")[0]
     assert abs(shot(exposure=2.0) - 4 * gray) < 0.01
@@ -314,6 +317,18 @@ def test_pictures_too_large_for_memory_are_the_same_in_bands(monkeypatch):
     np.testing.assert_array_equal(Renderer((90, 50)).frame(world.at(0.0), camera), whole)
 
 
+def snapshot_of(place):
+    """A moment in which a particle has got to `place`."""
+    world = fs.World()
+    world.add_particles(np.zeros((2, 3)), np.zeros((2, 3)))
+    return dataclasses.replace(world.at(0.0), positions=(np.array([(0.0, 0.0, 0.0), place]),))
+
+
+def test_a_world_without_lights_is_told():
+    with pytest.warns(fs.FieldsimWarning, match="there are no lights"):
+        fs.World(lights=())
+
+
 @pytest.mark.parametrize(
     ("make", "words"),
     [
@@ -330,6 +345,8 @@ def test_pictures_too_large_for_memory_are_the_same_in_bands(monkeypatch):
         (lambda: fs.Camera((0, 0, 1), focus=0.0), "focus is 0"),
         (lambda: fs.Camera((0, 0, 1), tone="film"), "tone is 'film'"),
         (lambda: Renderer(exposures=0), "exposures is 0"),
+        (lambda: Renderer().frame([], fs.Camera((0, 0, 1))), "no snapshots"),
+        (lambda: Renderer().frame(snapshot_of((0.0, np.nan, 0.0)), fs.Camera((0, 0, 1))), r"positions\[0\]\[1\] is"),
     ],
 )
 def test_bad_light_is_refused(make, words):

@@ -42,8 +42,8 @@ def sky(d):
     return bottom + (0.5 + 0.5 * d[..., 2:]) * (top - bottom)
 
 
-def glass_ball(d, center, radius, ior, bounces=12):
-    """What rays from the origin see of a clear ball before SKY, with reflections within; NaN for a miss."""
+def glass_ball(d, center, radius, ior, tint, bounces=12):
+    """What rays from the origin see of a ball of glass before SKY, with reflections within; NaN for a miss."""
     along = d @ center
     root = radius**2 - (center @ center - along**2)
     hit = root > 0
@@ -56,7 +56,7 @@ def glass_ball(d, center, radius, ior, bounces=12):
     )
     color = share * sky(d + 2 * cosine * n)
     inside = d / ior + (cosine / ior - inner) * n
-    left = 1 - share
+    left = (1 - share) * tint
     for _ in range(bounces):
         # Every chord of a ball meets its surface at the same angle.
         n = n + 2 * inner * inside
@@ -70,14 +70,14 @@ def glass_ball(d, center, radius, ior, bounces=12):
 @pytest.mark.parametrize("soft", [True, False])
 def test_a_glass_ball_bends_light_as_snell_and_fresnel_say(soft):
     world = fs.World(lights=DARK, background=SKY)
-    glass = fs.Material(color="white", radius=0.5, blobbiness=-2, transmission=1.0, ior=1.5)
+    glass = fs.Material(color="#80c0ff", radius=0.5, blobbiness=-2, transmission=1.0, ior=1.5)
     if soft:
         world.add_body(fs.Body(fs.Point((0, 0, 0)), surface=glass))
     else:
         world.add_shape(fs.Ball((0, 0, 0), 0.5), glass)
     camera = fs.Camera(eye=(0, -2, 0.6), fov=30)
     seen = linear(Renderer((64, 64), samples=1).frame(world.at(0.0), camera))
-    expected = glass_ball(rays(camera, (64, 64)), -np.array(camera.eye), 0.5, 1.5)
+    expected = glass_ball(rays(camera, (64, 64)), -np.array(camera.eye), 0.5, 1.5, color_rgb("", "#80c0ff"))
     hit = np.isfinite(expected[..., 0])
     assert hit.sum() > 1000
     # A byte holds steps of up to 0.009 of linear light; beside the silhouette every angle changes too fast to compare.
@@ -85,6 +85,21 @@ def test_a_glass_ball_bends_light_as_snell_and_fresnel_say(soft):
     assert np.quantile(off, 0.97) < 0.012
     assert np.median(off) < 0.006
     np.testing.assert_allclose(seen[~hit], sky(rays(camera, (64, 64)))[~hit], atol=0.01)
+
+
+def test_beyond_the_critical_angle_glass_is_a_mirror():
+    # From within a column, steeply up: the sides, met at 60 degrees, mirror it all; the ends, at 30, let most out.
+    world = fs.World(lights=DARK, background=SKY)
+    world.add_shape(fs.Box((2, 2, 8)), fs.Material("white", transmission=1.0, ior=1.5))
+    camera = fs.Camera(eye=(0, 0, 0), look_at=(0.5, 0, np.sqrt(0.75)), fov=1)
+    seen = linear(Renderer((1, 1), samples=1).frame(world.at(0.0), camera))[0, 0]
+    inner, outer = np.sqrt(0.75), np.sqrt(1 - 0.75**2)
+    share = 0.5 * (
+        ((1.5 * inner - outer) / (1.5 * inner + outer)) ** 2 + ((inner - 1.5 * outer) / (inner + 1.5 * outer)) ** 2
+    )
+    ends = [sky(np.array([0.0, 0.0, side * outer])) for side in (1, -1)]
+    expected = sum((1 - share) * share**k * ends[k % 2] for k in range(6))
+    np.testing.assert_allclose(seen, expected, atol=0.01)
 
 
 def test_a_mirror_shows_what_a_mirrored_camera_sees():

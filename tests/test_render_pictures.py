@@ -103,7 +103,8 @@ def test_a_turned_and_moved_world_gives_the_same_depths():
 
 
 def test_materials_mix_by_weight():
-    world = World(lights=(), background=Background("white", "white", stars=0))
+    dark = DirectionalLight(direction=(0, 0, -1), intensity=0.0, shadows=False)
+    world = World(lights=[dark], background=Background("white", "white", stars=0))
     for y, color in ((-0.3, (1.0, 0, 0)), (0.3, (0, 0, 1.0))):
         world.add_body(Body(Point((0, y, 0)), surface=Material(color=color, radius=0.4, blobbiness=-2)))
     image = picture(world, size=(65, 65), samples=1).astype(int)
@@ -167,7 +168,7 @@ def test_the_same_frame_twice_and_on_one_thread(monkeypatch):
 
 @pytest.mark.parametrize("size", [(1, 1), (7, 13), (33, 18)])
 def test_odd_sizes_and_an_empty_world(size):
-    assert render(World(lights=()).at(0.0), CAMERA, size=size).shape == (size[1], size[0], 3)
+    assert render(World().at(0.0), CAMERA, size=size).shape == (size[1], size[0], 3)
 
 
 def test_particles_alone():

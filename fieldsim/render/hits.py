@@ -5,10 +5,10 @@ import warp as wp
 
 @wp.struct
 class Lights:
-    """Lights. color: linear; shadows: 0 or 1; samples: rays at most towards each.
+    """Lights. color: linear; shadows: 0 or 1; samples: rays at most towards each, of all `share` samples of a pixel.
 
     where: a position relative to the eye (w = 1) or a direction towards the light (w = 0); size: radius of the ball
-    there that shines, of the disc at distance 1 for a direction.
+    there that shines, of the disc at distance 1 for a direction; seed: of where the rays go.
     """
 
     where: wp.array(dtype=wp.vec4)
@@ -16,6 +16,8 @@ class Lights:
     shadows: wp.array(dtype=int)
     size: wp.array(dtype=float)
     samples: wp.array(dtype=int)
+    share: int
+    seed: int
 
 
 @wp.struct

@@ -88,6 +88,8 @@ class Renderer:
         Several snapshots, of times at which the shutter is open, blur what moves; `Camera.shutter` is for films.
         """
         snapshots = (snapshot,) if isinstance(snapshot, Snapshot) else tuple(snapshot)
+        if not snapshots:
+            raise InputError("Renderer.frame: no snapshots; give one, or those of times at which the shutter is open")
         if self.size[0] * self.size[1] > _MOST_PIXELS:
             return self._in_bands(snapshots, camera)
         return self._picture(snapshots, camera)
@@ -165,6 +167,7 @@ class Renderer:
             # Times pass in order; places on the lens and in a pixel are spread evenly over any few that follow.
             u, v, x, y = np.modf(0.5 + (k + 1) * _SPREAD)[0]
             stage = Stage(snapshots[moment], cameras[moment], self, lens=(math.sqrt(u), math.tau * v))
+            stage.lights.share, stage.lights.seed = count, k
             samples = wp.array(grid + np.array((x - 0.5, y - 0.5)), dtype=wp.vec2, device=self.device)
             color, _hits = self._developed(stage, samples, "pixels")
             launch(_add, total.shape[0], [1.0 / count, color], [total], device=self.device)

@@ -36,7 +36,7 @@ def aimed(p: wp.vec3, light: int, k: int, i: int, lights: Lights):
     to = wp.vec3(where[0], where[1], where[2]) - where[3] * p
     size = lights.size[light]
     if size > 0.0:
-        state = wp.rand_init(light, i)
+        state = wp.rand_init(lights.seed * 4099 + light, i)
         turn = float(k) * _ROUND + wp.randf(state)
         share = float(k) * _ACROSS + wp.randf(state)
         out = size * wp.sqrt(share - wp.floor(share))
@@ -160,10 +160,11 @@ def shade_kernel(kinds_used, in_scratch=False):
             sent = int(0)
             dark = int(0)
             clear = int(0)
+            most = (lights.samples[k] + lights.share - 1) / lights.share
             # Rays after which a light that all of them see, or none, gets no more.
-            enough = lights.samples[k] / 4 + 2
+            enough = most / 4 + 2
             sum = wp.vec3(0.0, 0.0, 0.0)
-            while sent < lights.samples[k]:
+            while sent < most:
                 toward, far = aimed(p, k, sent, i, lights)
                 sent += 1
                 if wp.dot(hits.normal[i], toward) <= 0.0:

@@ -157,6 +157,7 @@ class _Scene:
     owner: wp.array(dtype=int)
     width: wp.array(dtype=float)
     materials: wp.array2d(dtype=float)
+    optics: wp.array(dtype=wp.vec4)
 
 
 @functools.cache
@@ -180,6 +181,7 @@ def describe_kernel(kinds_used):
         f = wp.float64(0.0)
         color = wp.vec3(0.0, 0.0, 0.0)
         light = wp.vec4(0.0, 0.0, 0.0, 0.0)
+        optics = wp.vec4(0.0, 0.0, 0.0, 0.0)
         most = wp.float64(-1.0)
         for k in range(scene.kinds.shape[0]):
             f_k, _x, _y, _z = element(p[0], p[1], p[2], scene.rows, scene.kinds, k)
@@ -190,6 +192,7 @@ def describe_kernel(kinds_used):
             light += weight * wp.vec4(
                 scene.materials[m, 3], scene.materials[m, 4], scene.materials[m, 5], scene.materials[m, 6]
             )
+            optics += weight * scene.optics[m]
             if f_k > most:
                 most = f_k
                 hits.thing[i] = m
@@ -198,6 +201,8 @@ def describe_kernel(kinds_used):
         hits.normal[i] = normals[n]
         hits.color[i] = color / float(f)
         hits.light[i] = light / float(f)
+        if hits.optics.shape[0] > 0:
+            hits.optics[i] = optics / float(f)
 
     return describe
 
@@ -259,7 +264,13 @@ class Referee:
         """Write hits of the samples `which` (K,): depths in the stage's units, normals and world points (K, 3)."""
         scene = _Scene()
         scene.rows, scene.kinds = self.rows, self.elements
-        scene.owner, scene.width, scene.materials = stage.scene.owner, stage.scene.width, stage.scene.materials
+        given = stage.scene
+        scene.owner, scene.width, scene.materials, scene.optics = (
+            given.owner,
+            given.width,
+            given.materials,
+            given.optics,
+        )
         arrays = [
             wp.array(values, dtype=dtype, device=self.device)
             for values, dtype in ((points, wp.vec3d), (depths, float), (normals, wp.vec3), (which, int))

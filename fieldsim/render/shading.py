@@ -77,6 +77,7 @@ def lights_of(lights, eye, unit, shadows, device) -> Lights:
     result.shadows = wp.array([int(shadows and light.shadows) for light in lights], dtype=int, device=device)
     result.size = wp.array(size, dtype=float, device=device)
     result.samples = wp.array(samples, dtype=int, device=device)
+    result.share, result.seed = 1, 0
     return result
 
 

@@ -2,11 +2,12 @@
 
 import dataclasses
 import functools
+import warnings
 
 import numpy as np
 
 from fieldsim import validate
-from fieldsim.errors import InputError
+from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.potentials import cells
 from fieldsim.world.body import Body, Particles
 from fieldsim.world.color import color_rgb
@@ -41,6 +42,9 @@ class World:
         if escape_radius is not None:
             escape_radius = validate.number("World", "escape_radius", escape_radius, above=0.0)
         self.escape_radius = escape_radius
+        if not self.lights:
+            words = "World: there are no lights, only the background's own; give lights=[fs.DirectionalLight(...)]"
+            warnings.warn(words, FieldsimWarning, stacklevel=2)
         for index, light in enumerate(self.lights):
             if not isinstance(light, Light):
                 raise InputError(f"World: lights[{index}] is {light!r}; give fs.PointLight or fs.DirectionalLight")
@@ -137,6 +141,8 @@ class Snapshot:
         sets = self.world.particles
         if not sets:
             return np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3))
+        for index, positions in enumerate(self.positions):
+            validate.points("Snapshot", f"positions[{index}]", positions)
         radii = np.concatenate([np.full(len(p), p.radius) for p in sets])
         colors = np.concatenate([np.tile(color_rgb("Particles", p.color), (len(p), 1)) for p in sets])
         return np.concatenate(self.positions), radii, colors

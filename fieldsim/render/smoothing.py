@@ -27,11 +27,7 @@ def _differ(a: int, b: int, hits: Hits, color: wp.array(dtype=wp.vec3)):
     """Whether the picture changes so much between two neighbouring pixels that they need more samples."""
     if hits.thing[a] == -1 and hits.thing[b] == -1:
         return False
-    if hits.thing[a] < 0 or hits.thing[b] < 0:
-        return True
-    if wp.max(wp.abs(_perceived(color[a]) - _perceived(color[b]))) > CONTRAST:
-        return True
-    return wp.dot(hits.normal[a], hits.normal[b]) < 0.5
+    return wp.max(wp.abs(_perceived(color[a]) - _perceived(color[b]))) > CONTRAST
 
 
 @wp.kernel(enable_backward=False)

@@ -291,7 +291,7 @@ for (int k = 0; k < MOST && any(looking); ++k) {
         const V up = ((s > 0.0f) & (inner > 0.0f)) ? -2.0f * g / (s + root(inner)) : (V)FOREVER;
         length = on ? longest(t) : length;
         t_e = on ? least(t + least(length, up), end) : t_e;
-        if (k > 0) {
+        if (k % 2 == 1) {
             V begin = t, last_end = end;
             bracket(begin, last_end);
             end = on ? last_end : end;

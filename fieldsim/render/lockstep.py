@@ -9,7 +9,7 @@ import functools
 import warp as wp
 
 from fieldsim.render import cubics, hermite
-from fieldsim.render.bells import CUT, LEVEL, SHARE, Bells
+from fieldsim.render.bells import BESSEL, CUT, KINDS, LEVEL, SHARE, Bells
 from fieldsim.render.lanes import cpp
 
 GIVEN_UP = wp.constant(-2.0)  # instead of a distance: a ray that may start inside, or meets too many bells
@@ -23,6 +23,7 @@ _CONSTANTS = {
     "CUT": CUT,
     "FLOOR": 1.0e-12,  # a field below counts as this, so that its logarithm exists
     "ABSENT": -1.0e30,  # the q of a bell that a ray does not meet
+    "NO_FALL": 1.0e-30,  # the k of a bell that is as high everywhere
     "FOREVER": float(hermite.FOREVER),
     "NO_HIT": float(hermite.NO_HIT),
     "GIVEN_UP": float(GIVEN_UP),
@@ -35,9 +36,10 @@ _CONSTANTS = {
 }
 
 # The bells that the rays meet: q, k, m, from where to where, (later) the greatest value in the bracket; for segments
-# also the position and slope along, times a.
+# also the position and slope along, times a; for circles, in which k is 0, where the ray is nearest to the centre:
+# height above it, its slope, and the square of the distance.
 _GATHER = """
-constexpr int STRIDE = SEGMENTS ? 8 : 6;
+constexpr int STRIDE = RINGS ? 9 : SEGMENTS ? 8 : 6;
 int ids[ROOM];
 V bell[ROOM * STRIDE];
 int count = 0;
@@ -59,7 +61,7 @@ for (int at = first; at < last; ++at) {
     const auto& c = table.center.data[i];
     const auto& h = table.height.data[i];
     const auto& axis = table.axis.data[i];
-    const bool line = SEGMENTS && axis[3] > 0.0f;
+    const bool line = SEGMENTS && axis[3] > 0.0f, ring = RINGS && axis[3] < 0.0f;
     V tx = c[0] - ox, ty = c[1] - oy, tz = c[2] - oz;
     V ex = dx, ey = dy, ez = dz, along = 0.0f, slope = 0.0f, k = c[3], per_k = 1.0f / c[3];
     V m = tx * ex + ty * ey + tz * ez;
@@ -74,13 +76,27 @@ for (int at = first; at < last; ++at) {
         m = c[3] * per_k * (tx * ex + ty * ey + tz * ez);
     }
     const V rx = tx - m * ex, ry = ty - m * ey, rz = tz - m * ez;
-    V q = h[0] - c[3] * (rx * rx + ry * ry + rz * rz);
-    const V half = root((q + LEVEL) * per_k);
+    const V r2 = rx * rx + ry * ry + rz * rz;
+    V q = h[0] - c[3] * r2;
+    V half = root((q + LEVEL) * per_k);
+    if (ring) {
+        along = -(axis[0] * rx + axis[1] * ry + axis[2] * rz);
+        slope = axis[0] * dx + axis[1] * dy + axis[2] * dz;
+        half = root((h[3] - axis[3]) * (h[3] - axis[3]) - r2);
+        q = h[0];
+        k = NO_FALL;
+    }
     V low = most(m - half, (V)0.0f), high = least(m + half, opaque);
     if (line) {
         const float reach = sqrtf((h[0] + LEVEL) / c[3]);
         V s0, s1;
         slab(along, slope, -reach, axis[3] + reach, s0, s1);
+        low = most(low, s0);
+        high = least(high, s1);
+    }
+    if (ring) {
+        V s0, s1;
+        slab(along - m * slope, slope, -h[3], h[3], s0, s1);
         low = most(low, s0);
         high = least(high, s1);
     }
@@ -92,7 +108,7 @@ for (int at = first; at < last; ++at) {
         break;
     }
     const V certain = q + h[1];
-    if (any(met & (certain > 0.0f))) {
+    if (!ring && any(met & (certain > 0.0f))) {
         const V inner = root(certain * per_k);
         V c0 = m - inner, c1 = m + inner;
         if (line) {
@@ -112,7 +128,11 @@ for (int at = first; at < last; ++at) {
     b[2] = m;
     b[3] = low;
     b[4] = met ? high : (V)-FOREVER;
-    if (SEGMENTS) {
+    if (ring) {
+        b[6] = along;
+        b[7] = slope;
+        b[8] = r2;
+    } else if (SEGMENTS) {
         const float a = sqrtf(c[3]);
         b[6] = met ? a * along : (V)(0.5f * a * axis[3]);
         b[7] = met ? a * slope : (V)0.0f;
@@ -124,16 +144,32 @@ for (int at = first; at < last; ++at) {
 # Log F, its slope, its second derivative (for guesses alone), and a bound of F from here on; the longest step: a
 # kernel's width, or up to where the next bell begins.
 _FIELD = """
+// Where a ray is about a circle.
+auto around = [&](const V* b, V u, V& rho, V& z) {
+    z = b[6] + u * b[7];
+    rho = root(b[8] + u * u - z * z);
+};
 auto total = [&](V t, V& g, V& s, V& bend, V& rest) {
     V f = FLOOR, slope = 0.0f, change = 0.0f;
     rest = 0.0f;
     for (int j = 0; j < count; ++j) {
         const V* const b = bell + j * STRIDE;
         const V u = t - b[2], ku = b[1] * u;
-        V one = exp(b[0] - ku * u), fall = -2.0f * ku;
-        // A segment's share may still rise.
-        rest += u < 0.0f ? b[5] : one;
+        V one = exp(b[0] - ku * u), fall = -2.0f * ku, sharp = b[1];
         const float length = SEGMENTS ? table.axis.data[ids[j]][3] : 0.0f;
+        // A segment's share may still rise, and so may a circle's field.
+        rest += (u < 0.0f | length < 0.0f) ? b[5] : one;
+        if (RINGS && length < 0.0f) {
+            const float a2 = table.center.data[ids[j]][3];
+            const auto& h = table.height.data[ids[j]];
+            V rho, z, i0, difference;
+            around(b, u, rho, z);
+            bessel(-2.0f * a2 * length * rho, i0, difference);
+            const V inner = rho + length, along = (u - z * b[7]) / most(rho, (V)FLOOR);
+            one = exp(b[0] - h[0] + h[2] - a2 * (inner * inner + z * z)) * i0;
+            fall = -2.0f * a2 * ((inner - length * difference / i0) * along + z * b[7]);
+            sharp = a2 * (along * along + b[7] * b[7]);
+        }
         if (length > 0.0f) {
             V part, end;
             share(b[6] + b[7] * t, sqrtf(table.center.data[ids[j]][3]) * length, table.height.data[ids[j]][2],
@@ -143,7 +179,7 @@ auto total = [&](V t, V& g, V& s, V& bend, V& rest) {
         }
         f += one;
         slope += fall * one;
-        change += (fall * fall - 2.0f * b[1]) * one;
+        change += (fall * fall - 2.0f * sharp) * one;
     }
     g = log(f);
     s = slope / f;
@@ -153,7 +189,13 @@ auto longest = [&](V t) {
     V far = FOREVER;
     for (int j = 0; j < count; ++j) {
         const V low = bell[j * STRIDE + 3], high = bell[j * STRIDE + 4];
-        const V ahead = most(low - t, (V)(1.0f / sqrtf(table.center.data[ids[j]][3])));
+        V ahead = most(low - t, (V)(1.0f / sqrtf(table.center.data[ids[j]][3])));
+        const float radius = RINGS ? -table.axis.data[ids[j]][3] : 0.0f;
+        if (radius > 0.0f) {
+            V rho, z;
+            around(bell + j * STRIDE, t - bell[j * STRIDE + 2], rho, z);
+            ahead = most(ahead, root((rho - radius) * (rho - radius) + z * z) - table.height.data[ids[j]][1]);
+        }
         far = ((low < high) & (t < high)) ? least(far, ahead) : far;
     }
     return most(far, 1.0e-6f * t);
@@ -314,12 +356,20 @@ if (count < 0) {
 """
 
 
-@functools.cache
-def first_hits_function(segments, width, shadow):
-    """The Warp function that finds the first hits of `width` rays. shadow: any hit will do, and they start outside."""
-    body = _GATHER + _OVERFLOW + SHARE + _FIELD + _CUBICS + _BRACKET + _SEARCH
+def shapes(kind):
+    """Constants that tell which primitives there are, so that compilers leave out the rest."""
+    return {"SEGMENTS": KINDS.index(kind) >= 1, "RINGS": KINDS.index(kind) >= 2}
 
-    @wp.func_native(cpp(width, body, SEGMENTS=segments, SHADOW=shadow, **_CONSTANTS))
+
+@functools.cache
+def first_hits_function(kind, width, shadow):
+    """The Warp function that finds the first hits of `width` rays with bells of a kind.
+
+    shadow: any hit will do, and rays start outside.
+    """
+    body = _GATHER + _OVERFLOW + SHARE + BESSEL + _FIELD + _CUBICS + _BRACKET + _SEARCH
+
+    @wp.func_native(cpp(width, body, SHADOW=shadow, **shapes(kind), **_CONSTANTS))
     def first_hits(
         table: Bells,
         list: wp.array(dtype=int),

@@ -7,7 +7,7 @@ import functools
 import warp as wp
 
 from fieldsim.render import hermite, lockstep
-from fieldsim.render.bells import SHARE, Bells
+from fieldsim.render.bells import BESSEL, SHARE, Bells
 from fieldsim.render.candidates import TILE, Candidates, View
 from fieldsim.render.hits import Balls, Hits
 from fieldsim.render.lanes import OPTIONS, cpp
@@ -102,22 +102,39 @@ for (int step = 0; step < 3; ++step) {
         const auto& c = table.center.data[i];
         const auto& axis = table.axis.data[i];
         D x = t * ex - row[5], y = t * ey - row[6], z = t * ez - row[7];
-        V one = 1.0f, fall = 0.0f;
+        // log F falls by `pull` across and by `fall` along the axis.
+        V one = 1.0f, fall = 0.0f, pull = 2.0f * c[3], log_f = table.height.data[i][0];
         if (SEGMENTS && axis[3] > 0.0f) {
             const D along = row[14] * x + row[15] * y + row[16] * z;
             x -= row[14] * along; y -= row[15] * along; z -= row[16] * along;
             const float a = sqrtf(c[3]);
             share(a * narrow(along), a * axis[3], table.height.data[i][2], one, fall);
-            fall *= a;
+            fall *= -a;
+        }
+        V height = 0.0f;
+        if (RINGS && axis[3] < 0.0f) {
+            const D above = row[17] * x + row[18] * y + row[19] * z;
+            x -= row[17] * above; y -= row[18] * above; z -= row[19] * above;
+            height = narrow(above);
         }
         const V rx = narrow(x), ry = narrow(y), rz = narrow(z);
-        const V bell = exp(table.height.data[i][0] - c[3] * (rx * rx + ry * ry + rz * rz));
+        V near2 = rx * rx + ry * ry + rz * rz;
+        if (RINGS && axis[3] < 0.0f) {
+            const V rho = most(root(near2), (V)1.0e-12f), inner = rho + axis[3];
+            V difference;
+            bessel(-2.0f * c[3] * axis[3] * rho, one, difference);
+            log_f = table.height.data[i][2];
+            near2 = inner * inner + height * height;
+            pull *= (inner - axis[3] * difference / one) / rho;
+            fall = 2.0f * c[3] * height * one;
+        }
+        const V bell = exp(log_f - c[3] * near2);
         one *= bell;
         fall *= bell;
-        const V pull = -2.0f * c[3] * one;
-        gx += pull * rx + fall * axis[0];
-        gy += pull * ry + fall * axis[1];
-        gz += pull * rz + fall * axis[2];
+        pull *= one;
+        gx -= pull * rx + fall * axis[0];
+        gy -= pull * ry + fall * axis[1];
+        gz -= pull * rz + fall * axis[2];
         f += one;
         const float* const material = wp::address(scene.materials, m, 0);
         for (int k = 0; k < 7; ++k)
@@ -155,11 +172,11 @@ return textured;
 
 
 @functools.cache
-def bells_kernel(segments, width):
+def bells_kernel(kind, width):
     """The kernel that traces samples of scenes made of bells, `width` at a time."""
-    first_hits = lockstep.first_hits_function(segments, width, shadow=False)
+    first_hits = lockstep.first_hits_function(kind, width, shadow=False)
     room = lockstep.ROOM
-    leave, same_tile, describe, record = _natives(segments, width)
+    leave, same_tile, describe, record = _natives(kind, width)
 
     @wp.func
     def look_at_balls(
@@ -265,10 +282,10 @@ def bells_kernel(segments, width):
     return trace_bells
 
 
-def _natives(segments, width):
+def _natives(kind, width):
     """(leave, same_tile, describe, record): the parts of the kernel in lanes."""
     constants = {
-        "SEGMENTS": segments,
+        **lockstep.shapes(kind),
         "POINT": _POINT,
         "TILE_ROW": _TILE,
         "TILE": TILE,
@@ -290,7 +307,7 @@ def _natives(segments, width):
     @wp.func_native(cpp(width, _SAME_TILE, **constants))
     def same_tile(rays: wp.array(dtype=float), done: int, number: int) -> int: ...
 
-    @wp.func_native(cpp(width, _EXACT_DIRECTION + SHARE + _DESCRIBE, **constants))
+    @wp.func_native(cpp(width, _EXACT_DIRECTION + SHARE + BESSEL + _DESCRIBE, **constants))
     def describe(
         view: View,
         scene: hermite.Scene,

@@ -131,12 +131,12 @@ def _cell_of(p: wp.vec3, grid: int, blockers: Blockers):
 
 
 @functools.cache
-def shade_kernel(segments, width, trees):
+def shade_kernel(kind, width, trees):
     """The kernel that shades hits on surfaces made of bells, but for the lights of grids, whose cells it tells.
 
     trees: whether there are other lights that cast shadows.
     """
-    first_hits = lockstep.first_hits_function(segments, width, shadow=True)
+    first_hits = lockstep.first_hits_function(kind, width, shadow=True)
     rows = int(lockstep.RAY_ROWS)
     room = lockstep.ROOM
 
@@ -225,9 +225,9 @@ def by_cell(cell: wp.array, cells: int) -> tuple[wp.array, wp.array]:
 
 
 @functools.cache
-def cells_kernel(segments, width):
+def cells_kernel(kind, width):
     """The kernel that adds the light of grids to hits in the order of cells, `width` of one cell at a time."""
-    first_hits = lockstep.first_hits_function(segments, width, shadow=True)
+    first_hits = lockstep.first_hits_function(kind, width, shadow=True)
     rows = int(lockstep.RAY_ROWS)
 
     @wp.kernel(module="unique", enable_backward=False, module_options=OPTIONS)

@@ -51,7 +51,7 @@ class Tracer:
             layers.prepare(hits, count, stage.scene.materials.shape[0], self.device)
         inputs = [stage.view, stage.scene, self.solver.lists(stage), stage.balls, stage.ball_lists]
         if stage.bells and not layered and self.solver.name == "hermite":
-            kernel = bells_kernel(stage.bells == "segments", self._lanes)
+            kernel = bells_kernel(stage.bells, self._lanes)
             given = [stage.view, stage.scene, stage.table, stage.lists, stage.balls, stage.ball_lists]
             self._launch_groups(kernel, count, [*given, samples, hits])
         else:
@@ -127,7 +127,7 @@ class Tracer:
 
     def _shade_bells(self, stage, light, hits, color, rays):
         """The same for surfaces that are made of bells."""
-        blockers, kind = stage.blockers, (stage.bells == "segments", self._lanes)
+        blockers, kind = stage.blockers, (stage.bells, self._lanes)
         cell = wp.empty((blockers.light.shape[0], color.shape[0]), dtype=int, device=self.device)
         arguments = [stage.table, blockers, *light, hits, color, rays, cell]
         kernel = shadows.shade_kernel(*kind, bool(blockers.tree))

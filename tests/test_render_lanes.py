@@ -64,7 +64,8 @@ def test_functions_in_lanes(width):
     # exp(x) inherits x's rounding, up to 9 ulp of 6e-8; log has an error of float32's absolute near 0.
     np.testing.assert_allclose(found[0], np.exp(x), rtol=6e-7)
     np.testing.assert_allclose(found[1], np.log(np.abs(x)), rtol=3e-7, atol=1e-7)
-    # The exponent is down to -81, rounded when it is summed and when it is scaled, to 5e-6 each; what is below float32's normal numbers is nobody's concern.
+    # The exponent is down to -81, rounded when it is summed and when it is scaled, to 5e-6 each; what is below
+    # float32's normal numbers is nobody's concern.
     np.testing.assert_allclose(found[2], [math.erfc(v) for v in x], rtol=1e-5, atol=1e-35)
     # The defining integral; the midpoint rule is exact for periodic functions.
     angle = (np.arange(64) + 0.5) * math.pi / 64

@@ -21,6 +21,7 @@ from fieldsim.render.stage import Band, Stage
 from fieldsim.render.tracer import Tracer
 from fieldsim.world.world import Snapshot
 
+_TONES = 1 << 14  # of the table that turns linear values into bytes
 _MOST_PIXELS = 1 << 23  # in memory at a time: two thirds of a gigabyte
 QUALITIES = {"draft": 4, "final": 16}
 EXPOSURES = {"draft": 8, "final": 32}
@@ -107,7 +108,9 @@ class Renderer:
                 self._smoother.smooth(self.samples, hits, color, shade)
             self._look_for_surface(stage, hits)
         picture = wp.empty((self.size[1], self.size[0], 3), dtype=wp.uint8, device=self.device)
-        launch(_print, self._slot.shape[0], [self._slot, color], [picture.flatten()], device=self.device)
+        width, height = self.size
+        slot = self._slot.reshape((height, width))
+        launch(_print, height, [slot, color, self._tones], [picture], device=self.device, grain=16)
         return picture.numpy()
 
     def depth_and_normals(self, snapshot, camera: Camera):
@@ -185,7 +188,8 @@ class Renderer:
         centers = np.stack([x[order] + 0.5, y[order] + 0.5], axis=1)
         self._grid = wp.array(centers, dtype=wp.vec2, device=self.device)
         self._slot = wp.array(slot, dtype=int, device=self.device)
-        self._smoother = Smoother(self.size, self._slot, self._grid)
+        self._tones = wp.array(_tones(), dtype=wp.uint8, device=self.device)
+        self._smoother = Smoother(self._slot.reshape((height, width)), self._grid)
 
     def _supersampled(self, stage, samples, share):
         """Colours of samples within pixels, `share` of them in each."""
@@ -218,17 +222,6 @@ def _checked_size(size):
     return int(width), int(height)
 
 
-@wp.func
-def _srgb(linear: float):
-    """A linear value as an sRGB byte."""
-    x = wp.clamp(linear, 0.0, 1.0)
-    if x <= 0.0031308:
-        x = 12.92 * x
-    else:
-        x = 1.055 * wp.pow(x, 1.0 / 2.4) - 0.055
-    return wp.uint8(int(255.0 * x + 0.5))
-
-
 @wp.kernel(enable_backward=False)
 def _expose(start: int, exposure: float, filmic: int, color: wp.array(dtype=wp.vec3)):
     """Brighten linear colours, and roll off what is brighter than white; white stays just below it."""
@@ -247,9 +240,25 @@ def _add(start: int, share: float, color: wp.array(dtype=wp.vec3), total: wp.arr
     total[i] = total[i] + share * wp.min(color[i], wp.vec3(1.0, 1.0, 1.0))
 
 
+def _tones() -> np.ndarray:
+    """The sRGB bytes of linear values spread evenly over 0..1, so finely that neighbours differ by one at most."""
+    x = np.linspace(0.0, 1.0, _TONES + 1)
+    x = np.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1.0 / 2.4) - 0.055)
+    return np.floor(255.0 * x + 0.5).astype(np.uint8)
+
+
 @wp.kernel(enable_backward=False)
-def _print(start: int, slot: wp.array(dtype=int), color: wp.array(dtype=wp.vec3), picture: wp.array(dtype=wp.uint8)):
-    k = start + wp.tid()
-    c = color[slot[k]]
-    for channel in range(3):
-        picture[3 * k + channel] = _srgb(c[channel])
+def _print(
+    start: int,
+    slot: wp.array2d(dtype=int),
+    color: wp.array(dtype=wp.vec3),
+    tones: wp.array(dtype=wp.uint8),
+    picture: wp.array3d(dtype=wp.uint8),
+):
+    """Rows of the picture."""
+    y = start + wp.tid()
+    for x in range(slot.shape[1]):
+        c = color[slot[y, x]]
+        for channel in range(3):
+            tone = wp.clamp(c[channel], 0.0, 1.0) * wp.static(float(_TONES)) + 0.5
+            picture[y, x, channel] = tones[int(tone)]

@@ -11,6 +11,12 @@ CPU_WIDTH = 16
 # Products and sums in one instruction.
 OPTIONS = {"cpu_compiler_flags": f"{wp.config.cpu_compiler_flags} -ffp-contract=fast"}
 
+
+def group_of(width: int) -> int:
+    """Samples that an item of a launch works through: a tile on CPUs, whose items cost something, one on GPUs."""
+    return 64 if width > 1 else 1
+
+
 _ONE = """
 typedef float V; typedef double D; typedef int I; typedef bool C;
 auto wide = [](V x) { return (D)x; };

@@ -10,7 +10,7 @@ from fieldsim.render import hermite, lockstep
 from fieldsim.render.bells import BESSEL, SHARE, Bells
 from fieldsim.render.candidates import TILE, Candidates, View
 from fieldsim.render.hits import Balls, Hits
-from fieldsim.render.lanes import OPTIONS, cpp
+from fieldsim.render.lanes import OPTIONS, cpp, group_of
 from fieldsim.render.primary import OVERFLOW, nearest_ball, record_ball
 from fieldsim.render.textures import color_at
 
@@ -176,6 +176,7 @@ def bells_kernel(kind, width):
     """The kernel that traces samples of scenes made of bells, `width` at a time."""
     first_hits = lockstep.first_hits_function(kind, width, shadow=False)
     room = lockstep.ROOM
+    group = group_of(width)
     leave, same_tile, describe, record = _natives(kind, width)
 
     @wp.func
@@ -259,7 +260,6 @@ def bells_kernel(kind, width):
     @wp.kernel(module="unique", enable_backward=False, module_options=OPTIONS)
     def trace_bells(
         start: int,
-        group: int,
         view: View,
         scene: hermite.Scene,
         table: Bells,

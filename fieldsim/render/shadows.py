@@ -17,7 +17,7 @@ from fieldsim.render import hermite, lockstep
 from fieldsim.render.bells import Bells
 from fieldsim.render.candidates import sorted_lists
 from fieldsim.render.hits import Balls, Hits, Lights, above, behind_shape
-from fieldsim.render.lanes import OPTIONS
+from fieldsim.render.lanes import OPTIONS, group_of
 from fieldsim.render.packing import picked
 from fieldsim.render.shading import ball_shadow, lit, towards, unlit
 from fieldsim.render.sky import Sky
@@ -139,6 +139,7 @@ def shade_kernel(kind, width, trees):
     first_hits = lockstep.first_hits_function(kind, width, shadow=True)
     rows = int(lockstep.RAY_ROWS)
     room = lockstep.ROOM
+    group = group_of(width)
 
     @wp.func
     def dark(
@@ -167,9 +168,9 @@ def shade_kernel(kind, width, trees):
         first_hits(table, found, 0, count, rays, rays, found)
         return rays[lockstep.HIT * width]
 
-    @wp.kernel(module="unique", enable_backward=False, module_options=OPTIONS)
-    def shade_bells(
-        start: int,
+    @wp.func
+    def shade(
+        i: int,
         table: Bells,
         blockers: Blockers,
         balls: Balls,
@@ -180,7 +181,6 @@ def shade_kernel(kind, width, trees):
         cast: wp.array(dtype=int),
         cell: wp.array2d(dtype=int),
     ):
-        i = start + wp.tid()
         result = unlit(i, hits, sky)
         rays_cast = int(0)
         for grid in range(cell.shape[0]):
@@ -213,6 +213,23 @@ def shade_kernel(kind, width, trees):
         color[i] = result
         cast[i] = rays_cast
 
+    @wp.kernel(module="unique", enable_backward=False, module_options=OPTIONS)
+    def shade_bells(
+        start: int,
+        table: Bells,
+        blockers: Blockers,
+        balls: Balls,
+        lights: Lights,
+        sky: Sky,
+        hits: Hits,
+        color: wp.array(dtype=wp.vec3),
+        cast: wp.array(dtype=int),
+        cell: wp.array2d(dtype=int),
+    ):
+        first = (start + wp.tid()) * group
+        for i in range(first, wp.min(first + group, color.shape[0])):
+            shade(i, table, blockers, balls, lights, sky, hits, color, cast, cell)
+
     return shade_bells
 
 
@@ -229,11 +246,11 @@ def cells_kernel(kind, width):
     """The kernel that adds the light of grids to hits in the order of cells, `width` of one cell at a time."""
     first_hits = lockstep.first_hits_function(kind, width, shadow=True)
     rows = int(lockstep.RAY_ROWS)
+    group = group_of(width)
 
     @wp.kernel(module="unique", enable_backward=False, module_options=OPTIONS)
     def shade_cells(
         start: int,
-        group: int,
         table: Bells,
         blockers: Blockers,
         lights: Lights,

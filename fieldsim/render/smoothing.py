@@ -32,26 +32,22 @@ def _differ(a: int, b: int, hits: Hits, color: wp.array(dtype=wp.vec3)):
 
 @wp.kernel(enable_backward=False)
 def _edges(
-    start: int,
-    width: int,
-    height: int,
-    slot: wp.array(dtype=int),
-    hits: Hits,
-    color: wp.array(dtype=wp.vec3),
-    edge: wp.array(dtype=int),
+    start: int, slot: wp.array2d(dtype=int), hits: Hits, color: wp.array(dtype=wp.vec3), edge: wp.array(dtype=int)
 ):
-    k = start + wp.tid()
-    i = slot[k]
-    if k % width < width - 1:
-        right = slot[k + 1]
-        if _differ(i, right, hits, color):
-            edge[i] = 0
-            edge[right] = 0
-    if k < width * (height - 1):
-        below = slot[k + width]
-        if _differ(i, below, hits, color):
-            edge[i] = 0
-            edge[below] = 0
+    """Mark pixels of a row, and those below it, that differ from a neighbour."""
+    y = start + wp.tid()
+    for x in range(slot.shape[1]):
+        i = slot[y, x]
+        if x < slot.shape[1] - 1:
+            right = slot[y, x + 1]
+            if _differ(i, right, hits, color):
+                edge[i] = 0
+                edge[right] = 0
+        if y < slot.shape[0] - 1:
+            below = slot[y + 1, x]
+            if _differ(i, below, hits, color):
+                edge[i] = 0
+                edge[below] = 0
 
 
 @wp.kernel(enable_backward=False)
@@ -112,12 +108,12 @@ def _mix(
 class Smoother:
     """Smooths pictures of one size, keeping buffers.
 
-    slot (pixels,): where a pixel is in the order of `centers`, which are points of the picture, (pixels,).
+    slot (height, width): where a pixel is in the order of `centers`, which are points of the picture, (pixels,).
     """
 
-    def __init__(self, size, slot, centers):
-        self._size, self._slot, self._centers = size, slot, centers
-        device, count = slot.device, slot.shape[0]
+    def __init__(self, slot, centers):
+        self._slot, self._centers = slot, centers
+        device, count = slot.device, centers.shape[0]
         self._edge = wp.empty(count, dtype=int, device=device)
         self._sum = wp.empty(count, dtype=wp.vec3, device=device)
         self._patterns = [
@@ -129,10 +125,9 @@ class Smoother:
 
         most: samples a pixel, 4 or 16; shade(samples, share): their colours, `share` of them in a pixel.
         """
-        width, height = self._size
         device = color.device
         self._edge.fill_(-1)
-        launch(_edges, width * height, [width, height, self._slot, hits, color], [self._edge], device=device)
+        launch(_edges, self._slot.shape[0], [self._slot, hits, color], [self._edge], device=device, grain=16)
         _, which, number = picked(self._edge)
         # Four without the centre are more even than with it.
         before = 0 if most == 4 else 1

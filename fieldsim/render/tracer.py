@@ -5,11 +5,10 @@ import warp as wp
 
 from fieldsim.launch import launch
 from fieldsim.render import bounce, layers, lighting, shading, shadows
-from fieldsim.render.candidates import TILE
 from fieldsim.render.fog import fog_kernel
 from fieldsim.render.gather import CAMERA, REFLECTED, TRANSMITTED
 from fieldsim.render.hits import Hits
-from fieldsim.render.lanes import CPU_WIDTH
+from fieldsim.render.lanes import CPU_WIDTH, group_of
 from fieldsim.render.primary import OVERFLOW, trace_kernel
 from fieldsim.render.primary_bells import bells_kernel
 from fieldsim.render.solvers import solver_named
@@ -131,7 +130,7 @@ class Tracer:
         cell = wp.empty((blockers.light.shape[0], color.shape[0]), dtype=int, device=self.device)
         arguments = [stage.table, blockers, *light, hits, color, rays, cell]
         kernel = shadows.shade_kernel(*kind, bool(blockers.tree))
-        launch(kernel, color.shape[0], arguments, device=self.device, grain=1024)
+        self._launch_groups(kernel, color.shape[0], arguments)
         if cell.shape[0]:
             key, ids = shadows.by_cell(cell.flatten(), blockers.first.shape[0])
             arguments = [stage.table, blockers, stage.lights, hits, key, ids, color, rays]
@@ -158,9 +157,8 @@ class Tracer:
         return hits
 
     def _launch_groups(self, kernel, count, arguments):
-        """Launch a kernel whose items are groups of samples: a tile on a CPU, single samples on a GPU."""
-        group = 1 if self.device.is_cuda else TILE * TILE
-        launch(kernel, -(-count // group), [group, *arguments], device=self.device, grain=4)
+        """Launch a kernel whose items are groups of samples."""
+        launch(kernel, -(-count // group_of(self._lanes)), arguments, device=self.device, grain=4)
 
     def _launch_late(self, kernel, late, stage, inputs, outputs):
         """Launch a kernel for the samples `late`, whose intervals did not fit, with global memory for them."""

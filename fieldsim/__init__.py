@@ -73,7 +73,7 @@ from fieldsim.world.motion import Keyframes, Pose, Spin, timeline
 from fieldsim.world.rig import Bone, Rig
 from fieldsim.world.rigid import Rigid
 from fieldsim.world.shapes import Ball, Box, Capsule, Cylinder, Ellipsoid, Ground, ShapeGroup, TriangleSurface
-from fieldsim.world.texture import Checker, Clouds, Marble, Texture, Wood
+from fieldsim.world.texture import Checker, Clouds, ImageTexture, Marble, SolidTexture, Texture, Wood
 from fieldsim.world.world import Snapshot, World
 
 __all__ = [
@@ -114,6 +114,7 @@ __all__ = [
     "FilmError",
     "Gaussian",
     "Ground",
+    "ImageTexture",
     "InputError",
     "Integrator",
     "InverseSquare",
@@ -157,6 +158,7 @@ __all__ = [
     "Snapshot",
     "SofroniouSpaletta10",
     "SoftObject",
+    "SolidTexture",
     "Spin",
     "Splitting",
     "Status",

@@ -12,7 +12,7 @@ import warp as wp
 from fieldsim import validate
 from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.launch import device_named, launch
-from fieldsim.render import bells, bounds, layers, shadows
+from fieldsim.render import bells, bounds, layers, materials, shadows
 from fieldsim.render.camera import Camera
 from fieldsim.render.candidates import TILE, View, candidates, capsules
 from fieldsim.render.hermite import Scene
@@ -261,6 +261,7 @@ class Stage:
         self.unit = bounds.unit_of(surface.elements, radii if len(radii) else solids.lengths)
         self.bounded = bounded = bounds.bound(surface.elements, eye, self.unit, renderer.tolerance)
         self.scene = _scene(bounded, surface, eye, self.unit, renderer.tolerance, device)
+        self.scene.pixel = self.view.pixel
         self.bells = bells.kind_of(bounded)
         self.table = bells.bells_of(bounded, device) if self.bells else None
         shapes = capsules(bounded.start, bounded.end, bounded.radius, device)
@@ -269,7 +270,7 @@ class Stage:
         ball_shapes = capsules(centers, centers, radii, device)
         self.ball_lists = candidates(self.view, ball_shapes, device)
         self.lights = lights_of(snapshot.world.lights, eye, self.unit, renderer.shadows, device)
-        self.sky = sky_of(snapshot.world.background, self.view.pixel)
+        self.sky = sky_of(snapshot.world.background, self.view.pixel, device)
         self.solids = SolidStage(solids, eye, self.unit, device) if len(solids) else None
         self._bvhs = []
         self.shadows = needed = renderer.shadows and any(light.shadows for light in snapshot.world.lights)
@@ -323,8 +324,7 @@ def _scene(bounded, surface, eye, unit, tolerance, device) -> Scene:
     scene.exact = wp.array(bounded.rows, dtype=wp.float64, ndim=2, device=device)
     scene.tolerance = tolerance
     scene.owner = wp.array(surface.owner, dtype=int, device=device)
-    table = [(*m.rgb, m.ambient, m.diffuse, m.specular, m.shininess, 0.0, *m.texture_row) for m in surface.materials]
-    scene.materials = wp.array(np.array(table).reshape(-1, 15), dtype=float, ndim=2, device=device)
+    scene.materials, scene.texels = materials.table(surface.materials, device)
     turns = [pose.matrix.T for pose in surface.poses]
     shifts = [turn @ (eye - pose.position) for turn, pose in zip(turns, surface.poses, strict=True)]
     turns = unit * np.array(turns).reshape(-1, 3, 3)

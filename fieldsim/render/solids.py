@@ -12,9 +12,13 @@ import numpy as np
 import warp as wp
 
 from fieldsim.launch import launch
+from fieldsim.render import materials
 from fieldsim.render import solids_shapes as geometry
 from fieldsim.render.hermite import FOREVER
+from fieldsim.render.materials import factors
 from fieldsim.render.shading import SOLIDS, Hits, Lights
+from fieldsim.render.solids_textures import checkered, on_shape
+from fieldsim.render.textures import beneath, carved, is_picture, pictured
 from fieldsim.render.volumes import pierce_sphere
 from fieldsim.world import shapes
 
@@ -41,8 +45,8 @@ class Shapes:
     """Hard shapes relative to the eye, those with an end first.
 
     origin; turn: rotation into the shape's own frame; sizes: see `world.shapes`; size: its smallest length; mesh: id of
-    a wp.Mesh; label: number in the snapshot; color, checker: linear; light: as in `Hits`; bounded: how many have an
-    end; tree: a wp.Bvh of those.
+    a wp.Mesh; label: number in the snapshot; owner: number of its material; checker: linear; bounded: how many have an
+    end; tree: a wp.Bvh of those; materials, texels: see `materials`; unit: a length in the world's units.
     """
 
     kind: wp.array(dtype=int)
@@ -53,11 +57,13 @@ class Shapes:
     mesh: wp.array(dtype=wp.uint64)
     smooth: wp.array(dtype=int)
     label: wp.array(dtype=int)
-    color: wp.array(dtype=wp.vec3)
+    owner: wp.array(dtype=int)
     checker: wp.array(dtype=wp.vec3)
-    light: wp.array(dtype=wp.vec4)
     bounded: int
     tree: wp.uint64
+    materials: wp.array2d(dtype=float)
+    texels: wp.array(dtype=wp.vec3)
+    unit: float
 
 
 @wp.func
@@ -165,27 +171,23 @@ def normal_at(d: wp.vec3, t: float, shapes: Shapes, i: int):
 
 
 @wp.func
-def _stripes(x: float, w: float):
-    """Mean over x - w/2..x + w/2 of the square wave that is 1 on 0..1, -1 on 1..2."""
-    # Narrower than this, the difference below would be rounding.
-    w = wp.max(w, 1.0e-3 + 1.0e-5 * wp.abs(x))
-    low = 0.5 * (x - 0.5 * w)
-    high = 0.5 * (x + 0.5 * w)
-    a = 0.5 - wp.abs(low - wp.floor(low) - 0.5)
-    b = 0.5 - wp.abs(high - wp.floor(high) - 0.5)
-    return 2.0 * (b - a) / w
-
-
-@wp.func
-def checkered(p: wp.vec3, e: wp.vec3, t: float, pixel: float, tile: float):
-    """Share of the first of two colours of a checker, 0 to 1, averaged over what a pixel covers of the plane z = 0."""
-    across = t * pixel
-    slant = wp.max(wp.abs(e[2]), 1.0e-3)
-    # The pixel is drawn out along the view's direction in the plane.
-    flat = wp.max(wp.sqrt(e[0] * e[0] + e[1] * e[1]), 1.0e-6)
-    wx = wp.length(wp.vec2(e[0] / flat / slant, e[1] / flat)) * across / tile
-    wy = wp.length(wp.vec2(e[1] / flat / slant, e[0] / flat)) * across / tile
-    return 0.5 + 0.5 * _stripes(p[0] / tile, wx) * _stripes(p[1] / tile, wy)
+def color_of(p: wp.vec3, n: wp.vec3, e: wp.vec3, across: float, shapes: Shapes, i: int):
+    """Colour of shape i at p in its own frame, where its normal is n, a ray along e sees it and a pixel is so wide."""
+    m = shapes.owner[i]
+    if is_picture(shapes.materials, m):
+        # Lengths in the world's units; the sizes of a tube hold an angle.
+        s = shapes.unit * shapes.sizes[i]
+        if shapes.kind[i] == _TUBE:
+            s[2] = shapes.sizes[i][2]
+        spot, ends = on_shape(shapes.kind[i], shapes.unit * p, n, s)
+        slant = wp.sqrt(wp.max(wp.abs(wp.dot(n, e)), 1.0e-3))
+        return pictured(shapes.materials, shapes.texels, m, spot, ends, shapes.unit * across / slant)
+    if shapes.kind[i] == _SLAB and shapes.sizes[i][0] == 0.0:
+        # A plane looks the same from both sides.
+        p = wp.vec3(p[0], p[1], 0.0)
+        n = wp.vec3(0.0, 0.0, 1.0)
+    # From a little beneath: on its faces themselves rounding would mottle a checker.
+    return carved(shapes.materials, m, shapes.unit * p - beneath(shapes.materials, m) * n)
 
 
 @wp.func
@@ -194,7 +196,8 @@ def _describe(i: int, t: float, which: int, d: wp.vec3, pixel: float, shapes: Sh
     n, flat, p = normal_at(d, t, shapes, which)
     e = shapes.turn[which] * d
     kind = shapes.kind[which]
-    color = shapes.color[which]
+    m = shapes.owner[which]
+    color = color_of(p, flat, e, t * pixel, shapes, which)
     tile = shapes.sizes[which][3]
     if kind == _SLAB and tile > 0.0:
         share = checkered(p, e, t, pixel, tile)
@@ -207,7 +210,7 @@ def _describe(i: int, t: float, which: int, d: wp.vec3, pixel: float, shapes: Sh
     hits.thing[i] = SOLIDS + shapes.label[which]
     hits.normal[i] = wp.transpose(shapes.turn[which]) * n
     hits.color[i] = color
-    hits.light[i] = shapes.light[which]
+    hits.light[i] = factors(shapes.materials, m)
     hits.lift[i] = _LIFT * shapes.size[which] + _ROUNDING * t
     thin = kind == _SLAB and shapes.sizes[which][0] == 0.0
     if thin or not (within or kind == _TUBE or kind == _MESH or kind == _SLAB):
@@ -261,6 +264,7 @@ class SolidStage:
         sizes[tubes, 2] = solids.sizes[order][tubes, 2]
         origins = (solids.origins[order] - eye) / unit
         self.shapes = self._uploaded(solids, order, origins, sizes)
+        self.shapes.unit = unit
         low, high = boxes(solids, order[: self.bounded], sizes)
         self._tree = None
         self.shapes.tree = wp.uint64(0)
@@ -285,8 +289,6 @@ class SolidStage:
     def _uploaded(self, solids, order, origins, sizes):
         device = self.device
         self._meshes = [solids.surfaces[k] and uploaded(solids.surfaces[k], device) for k in order]
-        owner = solids.owner[order]
-        table = np.array([(*m.rgb, m.ambient, m.diffuse, m.specular, m.shininess) for m in solids.materials])
         result = Shapes()
         result.kind = wp.array(solids.kinds[order], dtype=int, device=device)
         result.origin = wp.array(origins, dtype=wp.vec3, device=device)
@@ -297,9 +299,9 @@ class SolidStage:
         smooth = [int(bool(s and s.smooth)) for s in (solids.surfaces[k] for k in order)]
         result.smooth = wp.array(smooth, dtype=int, device=device)
         result.label = wp.array(order.astype(np.int32), dtype=int, device=device)
-        result.color = wp.array(table[owner, :3], dtype=wp.vec3, device=device)
+        result.owner = wp.array(solids.owner[order], dtype=int, device=device)
         result.checker = wp.array(solids.checkers[order], dtype=wp.vec3, device=device)
-        result.light = wp.array(table[owner, 3:], dtype=wp.vec4, device=device)
+        result.materials, result.texels = materials.table(solids.materials, device)
         result.bounded = self.bounded
         return result
 

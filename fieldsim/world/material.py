@@ -9,7 +9,7 @@ from fieldsim.potentials.primitive import Primitive
 from fieldsim.world import tissue
 from fieldsim.world.color import color_rgb
 from fieldsim.world.motion import value_at
-from fieldsim.world.texture import Texture
+from fieldsim.world.texture import NAMED, Texture
 
 
 @dataclasses.dataclass(frozen=True)
@@ -25,8 +25,9 @@ class Material:
     threshold: T relative to the canonical 1: above 1 the body shrinks, below it swells.
     level: draws an equipotential instead, where the body's own gravity comes to `level`, summed over all bodies drawn
     so; kernel, blobbiness and threshold then play no part, and radius only where free bodies touch.
-    color: see `color_rgb`, or a solid texture such as `Marble`. ambient, diffuse, specular: factors of the lighting;
-    shininess: Blinn-Phong exponent.
+    color: see `color_rgb`; or a texture such as `Marble` or `ImageTexture`; "checker", "clouds", "marble" and "wood"
+    stand for those as they are by default. ambient, diffuse, specular: factors of the lighting; shininess: Blinn-Phong
+    exponent.
     """
 
     color: object = "terracotta"
@@ -74,13 +75,15 @@ class Material:
         object.__setattr__(self, "blobbiness", blobbiness)
         if self.level is not None:
             object.__setattr__(self, "level", validate.number("Material", "level", self.level, above=0.0))
+        if isinstance(self.color, str) and self.color.lower() in NAMED:
+            object.__setattr__(self, "color", NAMED[self.color.lower()]())
         if not isinstance(self.color, Texture):
-            color_rgb("Material", self.color)
+            color_rgb("Material", self.color, others=NAMED)
 
     @property
     def rgb(self) -> tuple[float, float, float]:
-        """Linear RGB, of a texture its first colour."""
-        return color_rgb("Material", self.color.color if isinstance(self.color, Texture) else self.color)
+        """Linear RGB, of a texture the colour that stands for it."""
+        return self.color.rgb if isinstance(self.color, Texture) else color_rgb("Material", self.color)
 
     @property
     def texture_row(self) -> tuple[float, ...]:

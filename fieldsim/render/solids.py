@@ -46,7 +46,9 @@ class Shapes:
 
     origin; turn: rotation into the shape's own frame; sizes: see `world.shapes`; size: its smallest length; mesh: id of
     a wp.Mesh; label: number in the snapshot; owner: number of its material; checker: linear; bounded: how many have an
-    end; tree: a wp.Bvh of those; materials, texels: see `materials`; unit: a length in the world's units.
+    end; tree: a wp.Bvh of those; materials, texels: see `materials`; unit: a length in the world's units; stuff_turn,
+    stuff_shift: x -> turn x + shift takes a point from the shape's own frame to its solid texture's, in the world's
+    units.
     """
 
     kind: wp.array(dtype=int)
@@ -64,6 +66,8 @@ class Shapes:
     materials: wp.array2d(dtype=float)
     texels: wp.array(dtype=wp.vec3)
     unit: float
+    stuff_turn: wp.array(dtype=wp.mat33)
+    stuff_shift: wp.array(dtype=wp.vec3)
 
 
 @wp.func
@@ -187,7 +191,8 @@ def color_of(p: wp.vec3, n: wp.vec3, e: wp.vec3, across: float, shapes: Shapes, 
         p = wp.vec3(p[0], p[1], 0.0)
         n = wp.vec3(0.0, 0.0, 1.0)
     # From a little beneath: on its faces themselves rounding would mottle a checker.
-    return carved(shapes.materials, m, shapes.unit * p - beneath(shapes.materials, m) * n)
+    p = shapes.unit * p - beneath(shapes.materials, m) * n
+    return carved(shapes.materials, m, shapes.stuff_turn[i] * p + shapes.stuff_shift[i])
 
 
 @wp.func
@@ -265,6 +270,9 @@ class SolidStage:
         origins = (solids.origins[order] - eye) / unit
         self.shapes = self._uploaded(solids, order, origins, sizes)
         self.shapes.unit = unit
+        turns, shifts = _stuff(solids)
+        self.shapes.stuff_turn = wp.array(turns[order], dtype=wp.mat33, device=device)
+        self.shapes.stuff_shift = wp.array(shifts[order], dtype=wp.vec3, device=device)
         low, high = boxes(solids, order[: self.bounded], sizes)
         self._tree = None
         self.shapes.tree = wp.uint64(0)
@@ -304,6 +312,17 @@ class SolidStage:
         result.materials, result.texels = materials.table(solids.materials, device)
         result.bounded = self.bounded
         return result
+
+
+def _stuff(solids):
+    """Turns (N, 3, 3) and shifts (N, 3) from the shapes' own frames to those of their solid textures."""
+    turns, shifts = np.tile(np.eye(3), (len(solids), 1, 1)), np.zeros((len(solids), 3))
+    for number, pose in enumerate(solids.poses):
+        if pose is not None:
+            where = solids.owner == number
+            turns[where] = pose.matrix.T @ solids.axes[where]
+            shifts[where] = (solids.origins[where] - pose.position) @ pose.matrix
+    return turns, shifts
 
 
 def _smallest(kinds, sizes):

@@ -5,8 +5,6 @@ then its copy of half the width and height, and so on down to a single texel (Wi
 and among four texels of each is smooth, and as sharp as pixels can show.
 """
 
-
-
 import functools
 
 import numpy as np

@@ -286,7 +286,9 @@ def joined(parts) -> Solids:
     parts = list(parts)
     if not parts:
         none = np.zeros(0, dtype=np.int32)
-        return Solids(none, np.zeros((0, 3)), np.zeros((0, 3, 3)), np.zeros((0, SIZES)), np.zeros((0, 3)), (), (), none, ())
+        return Solids(
+            none, np.zeros((0, 3)), np.zeros((0, 3, 3)), np.zeros((0, SIZES)), np.zeros((0, 3)), (), (), none, ()
+        )
     arrays = {n: np.concatenate([getattr(p, n) for p in parts]) for n in ("kinds", "origins", "axes", "sizes")}
     firsts = np.cumsum([0] + [len(p.materials) for p in parts])
     return Solids(

@@ -1,0 +1,412 @@
+"""Pictures on surfaces, on hard shapes and all around: where each pixel of them is seen, and what is refused."""
+
+import math
+
+import imageio.v3 as imageio
+import numpy as np
+import pytest
+import warp as wp
+from test_render import rays
+
+import fieldsim as fs
+from fieldsim.errors import InputError
+from fieldsim.launch import launch
+from fieldsim.potentials.shapes import box as box_triangles
+from fieldsim.render.pictures import looked_up, pyramid, uploaded
+from fieldsim.render.sky import AMBIENT, FILL
+from fieldsim.world.color import color_rgb, linear_of
+from fieldsim.world.pixels import Pixels
+
+SIZE = (120, 120)
+POSE = fs.Pose.turned((1, 2, -1), 1.1, (0.2, -0.15, 0.1))
+TAU = 2 * math.pi
+
+
+def srgb(linear):
+    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+
+
+def ramp(width=64, height=32):
+    """A picture whose red is u, green is v and blue is a half."""
+    v, u = (np.mgrid[:height, :width] + 0.5) / np.array([height, width])[:, None, None]
+    return srgb(np.stack([u, v, np.full_like(u, 0.5)], axis=-1))
+
+
+RAMP = ramp()
+BRIGHT = fs.Background(top="white", bottom="white", stars=0)
+
+
+def skin(color, **options):
+    """A material of which nothing but the ambient light is seen, about as bright as its colour."""
+    return fs.Material(color, ambient=1.6, specular=0.0, **options)
+
+
+def seen(world, camera, time=0.0, **options):
+    """Colours (N, 3), linear, without their lighting, and places (N, 3) of pixels that see something well."""
+    renderer = fs.Renderer(SIZE, samples=1, **options)
+    depth, normals = renderer.depth_and_normals(world.at(time), camera)
+    linear = linear_of(renderer.frame(world.at(time), camera) / 255.0)
+    d = rays(camera, SIZE)
+    hit = np.isfinite(depth) & (np.abs(np.sum(normals * d, axis=-1)) > 0.35)
+    up = 0.5 + 0.5 * normals[hit][:, 2]
+    ambient = AMBIENT + FILL * (0.4 + up * 0.6)
+    places = np.array(camera.eye) + depth[hit][:, None] * d[hit]
+    return linear[hit] / (1.6 * ambient)[:, None], places
+
+
+def fraction(x):
+    return x - np.floor(x)
+
+
+def check(found, u, v, repeat=(1.0, 1.0)):
+    """Colours of the ramp are those at u, v: away from its borders, where it jumps."""
+    wanted = fraction(np.stack([u * repeat[0], v * repeat[1]], axis=-1))
+    # Near a border smaller copies of the picture mix both sides of it.
+    clear = (np.abs(wanted - 0.5) < 0.44).all(axis=1)
+    assert clear.mean() > 0.25
+    # A step of the 8 bits is 0.009 at the brightest; half of it.
+    np.testing.assert_allclose(found[clear][:, :2], wanted[clear], atol=0.006)
+    np.testing.assert_allclose(found[clear][:, 2], 0.5, atol=0.006)
+
+
+def on_ball(p):
+    return 0.5 + np.arctan2(p[:, 1], p[:, 0]) / TAU, np.arccos(p[:, 2] / np.linalg.norm(p, axis=1)) / math.pi
+
+
+# Looking up
+
+
+@wp.kernel(enable_backward=False)
+def _look(
+    start: int,
+    texels: wp.array(dtype=wp.vec3),
+    size: wp.vec2i,
+    ends: wp.vec2,
+    covered: float,
+    places: wp.array(dtype=wp.vec2),
+    colors: wp.array(dtype=wp.vec3),
+):
+    i = start + wp.tid()
+    colors[i] = looked_up(texels, 0, size[0], size[1], places[i], ends, covered)
+
+
+def look(image, places, ends=(0.0, 0.0), covered=1.0):
+    texels = wp.array(pyramid(np.asarray(image, dtype=np.float32)), dtype=wp.vec3, device="cpu")
+    places = wp.array(np.asarray(places, dtype=np.float32), dtype=wp.vec2, device="cpu")
+    colors = wp.full(len(places), wp.vec3(np.nan), dtype=wp.vec3, device="cpu")
+    size = wp.vec2i(image.shape[1], image.shape[0])
+    launch(_look, len(places), [texels, size, wp.vec2(*ends), covered, places], [colors], device="cpu")
+    return colors.numpy()
+
+
+def noise(width, height):
+    return np.random.default_rng(1).uniform(size=(height, width, 3)).astype(np.float32)
+
+
+def test_texels_have_their_colours_and_mix_between():
+    image = noise(5, 3)
+    places = [((x + 0.5) / 5 + turns, (y + 0.5) / 3) for y in range(3) for x in range(5) for turns in (0, 2, -3)]
+    np.testing.assert_allclose(look(image, places), np.repeat(image.reshape(-1, 3), 3, axis=0), atol=1e-5)
+    between = look(image, [(2 / 5, 1.5 / 3), (1.5 / 5, 1 / 3)])
+    np.testing.assert_allclose(between, [image[1, 1:3].mean(axis=0), image[:2, 1].mean(axis=0)], atol=1e-5)
+
+
+def test_borders_close_or_end():
+    image = noise(5, 3)
+    borders = [(0.0, 0.5 / 3), (1.0, 0.5 / 3), (0.5, 0.0)]
+    closed = [image[0, [0, 4]].mean(axis=0)] * 2 + [image[[0, 2], 2].mean(axis=0)]
+    np.testing.assert_allclose(look(image, borders), closed, atol=1e-5)
+    ended = [image[0, 0], image[0, 4], image[0, 2]]
+    np.testing.assert_allclose(look(image, borders, ends=(1.0, 1.0)), ended, atol=1e-5)
+    # Between the first and the second of two pictures a border is none.
+    np.testing.assert_allclose(look(image, borders[1:2], ends=(2.0, 1.0)), closed[:1], atol=1e-5)
+
+
+def test_far_away_a_picture_is_its_mean():
+    image = noise(8, 4)
+    places = np.random.default_rng(2).uniform(size=(20, 2))
+    np.testing.assert_allclose(look(image, places, covered=1e9), np.tile(image.mean(axis=(0, 1)), (20, 1)), atol=1e-6)
+    halves = image.reshape(2, 2, 4, 2, 3).mean(axis=(1, 3))
+    np.testing.assert_allclose(look(image, places, covered=2.0), look(halves, places), atol=1e-5)
+    both = 0.5 * (look(image, places) + look(halves, places))
+    np.testing.assert_allclose(look(image, places, covered=math.sqrt(2.0)), both, atol=1e-5)
+    odd = noise(7, 5)
+    assert len(pyramid(odd)) == 35 + 6 + 1
+    np.testing.assert_allclose(pyramid(np.full((5, 7, 3), 0.25)), 0.25)
+
+
+def test_pictures_are_uploaded_once():
+    one, two = Pixels("it", noise(4, 2)), Pixels("it", noise(6, 3))
+    texels, firsts = uploaded([one, two, one], wp.get_device("cpu"))
+    assert uploaded([one, two], wp.get_device("cpu"))[0] is texels
+    for picture in (one, two):
+        flat = picture.linear.reshape(-1, 3)
+        np.testing.assert_array_equal(texels.numpy()[firsts[picture]][: len(flat)], flat[0])
+        np.testing.assert_array_equal(texels.numpy()[firsts[picture] :][: len(flat)], flat)
+
+
+# On surfaces
+
+
+def on_segment(p):
+    """On the segment from (0, 0, 0) to (0, 1, 0)."""
+    return np.clip(p[:, 1], 0, 1), 0.75 + np.arctan2(-p[:, 2], p[:, 0]) / TAU
+
+
+def on_arc(angle):
+    """On an arc of radius 1 about z, from x."""
+
+    def coordinates(p):
+        along = fraction((np.arctan2(p[:, 1], p[:, 0]) - 0.5 * angle) / TAU + 0.5) - 0.5
+        u = np.clip(0.5 + along * TAU / angle, 0, 1)
+        return u, 0.5 - np.arctan2(p[:, 2], np.hypot(p[:, 0], p[:, 1]) - 1.0) / TAU
+
+    return coordinates
+
+
+def in_plane(p):
+    return p[:, 0], -p[:, 1]
+
+
+# A primitive in its body's frame, coordinates there and the picture's repetitions.
+PRIMITIVES = {
+    "point": (fs.Point((0, 0, 0)), on_ball, (1, 1)),
+    "segment": (fs.Segment((0, 0, 0), (0, 1, 0)), on_segment, (1, 1)),
+    "arc": (fs.Arc((0, 0, 0), (0, 0, 1), (1, 0, 0), 1.0, 4.0), on_arc(4.0), (2, 1)),
+    # Circles begin wherever is simple across their normal: at y for z.
+    "circle": (fs.Circle((0, 0, 0), (0, 0, 1), 1.0), lambda p: (on_arc(TAU)(p)[0] - 0.25, on_arc(TAU)(p)[1]), (4, 2)),
+    "triangle": (fs.Triangle((0, 0, 0), (1, 0.5, 0), (-1, 0.5, 0)), in_plane, (1, 2)),
+    "plane": (fs.Plane((0, 0, 0), (0, 0, 1)), in_plane, (0.5, 0.7)),
+}
+APART = 40.0
+
+
+def place(number):
+    """Where body `number` is: far from all others."""
+    return fs.Pose((APART * number, 0, 0), POSE.rotation)
+
+
+def gallery():
+    """The primitives one by one, turned; then a point that moves within its body, and two points that melt."""
+    world = fs.World(lights=(), background=BRIGHT)
+    bodies = [(primitive, repeat) for primitive, _, repeat in PRIMITIVES.values()]
+    bodies += [(fs.Point(lambda t: (0, 0.5 * t, t)), (1, 1)), (PAIR, (1, 1))]
+    for number, (skeleton, repeat) in enumerate(bodies):
+        material = skin(fs.ImageTexture(RAMP, repeat), radius=0.4, blobbiness=-2)
+        world.add_body(fs.Body(skeleton, surface=material, motion=place(number)))
+    return world
+
+
+PAIR = [fs.Point((0, 0, 0)), fs.Point((0, 0.5, 0.2))]
+GALLERY = gallery()
+
+
+def gallery_seen(number, beside=(0, 0, 0), look_from=(2.2, -1.5, 1.4)):
+    """Colours (N, 3) and places (N, 3) in its body's frame of what is seen of body `number` after a while."""
+    pose = place(number)
+    camera = fs.Camera(tuple(pose.apply(look_from)), tuple(pose.apply(beside)), fov=50)
+    found, p = seen(GALLERY, camera, time=1.0)
+    p = (p - pose.position) @ pose.matrix
+    near = np.linalg.norm(p, axis=1) < 2.5  # no plane behind
+    assert near.sum() > 500
+    return found[near], p[near]
+
+
+@pytest.mark.parametrize("name", PRIMITIVES)
+def test_a_picture_lies_on_each_primitive_in_its_own_way(name):
+    _, coordinates, repeat = PRIMITIVES[name]
+    found, p = gallery_seen(list(PRIMITIVES).index(name))
+    check(found, *coordinates(p), repeat)
+
+
+def test_a_primitive_that_moves_carries_its_picture():
+    found, p = gallery_seen(len(PRIMITIVES), beside=(0, 0.5, 1))
+    check(found, *on_ball(p - (0, 0.5, 1)))
+
+
+def test_where_primitives_melt_pictures_dissolve_by_weight():
+    found, p = gallery_seen(len(PRIMITIVES) + 1, beside=(0, 0.25, 0.1))
+    from_each = [p - np.array(point.position) for point in PAIR]
+    fields = np.exp([-2 / 0.4**2 * np.sum(q * q, axis=1) for q in from_each])
+    coordinates = np.array([on_ball(q) for q in from_each])
+    shares = fields / fields.sum(axis=0)
+    wanted = np.einsum("kn,kcn->nc", shares, coordinates)
+    clear = (np.abs(coordinates - 0.5) < 0.44).all(axis=(0, 1))
+    assert (clear & (shares.min(axis=0) > 0.3)).sum() > 100
+    np.testing.assert_allclose(found[clear][:, :2], wanted[clear], atol=0.006)
+
+
+# On hard shapes
+
+CUBE = fs.mesh(box_triangles((0.3, 0, 0), (0.8, 0.6, 1.0)))
+HALF = np.array((0.4, 0.3, 0.5))
+
+
+def on_box(p):
+    """On a box of half sizes HALF."""
+    x, y, z = (p / HALF).T
+    face = np.argmax(np.abs(p / HALF), axis=1)
+    ahead = np.sign(np.take_along_axis(p, face[:, None], axis=1)[:, 0])
+    right = np.select([face == 0, face == 1], [y * ahead, -x * ahead], x)
+    return 0.5 + 0.5 * right, 0.5 - 0.5 * np.where(face == 2, y * ahead, z)
+
+
+def on_upright(low, length):
+    """On a rod that stands on z = low."""
+    return lambda p: (np.clip((p[:, 2] - low) / length, 0, 1), 0.75 + np.arctan2(p[:, 1], p[:, 0]) / TAU)
+
+
+SHAPES = {
+    "ball": (fs.Ball((0, 0.2, 0), 0.8), lambda p: on_ball(p - (0, 0.2, 0)), (1, 1)),
+    "ellipsoid": (fs.Ellipsoid((0.9, 0.4, 0.6)), lambda p: on_ball(p / (0.9, 0.4, 0.6)), (1, 1)),
+    "box": (fs.Box(tuple(2 * HALF)), on_box, (1, 1)),
+    "cylinder": (fs.Cylinder((0, 0, -0.5), (0, 0, 0.5), 0.6), on_upright(-0.5, 1.0), (2, 1)),
+    "capsule": (fs.Capsule((0, 0, -0.5), (0, 0, 0.5), 0.4), on_upright(-0.5, 1.0), (1, 1)),
+    "ground": (fs.Ground(extent=(1, 1)), in_plane, (0.5, 0.7)),
+    "mesh": (fs.TriangleSurface(CUBE), lambda p: on_ball(p - (0.3, 0, 0)), (1, 1)),
+}
+
+
+def hard_seen(shape, color, **options):
+    """Colours (N, 3) and places (N, 3) in its own frame of what is seen of a shape turned as POSE."""
+    world = fs.World(lights=(), background=BRIGHT)
+    world.add_shape(shape, skin(color), motion=POSE)
+    camera = fs.Camera(tuple(POSE.apply((2.2, -1.5, 1.4))), POSE.position, fov=50)
+    found, p = seen(world, camera, **options)
+    return found, (p - POSE.position) @ POSE.matrix
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_a_picture_lies_on_each_hard_shape_in_its_own_way(name):
+    shape, coordinates, repeat = SHAPES[name]
+    found, p = hard_seen(shape, fs.ImageTexture(RAMP, repeat))
+    u, v = coordinates(p)
+    # Where the first or the last column goes on it is no ramp.
+    inside = (u > 0.01) & (u < 0.99) if name in ("cylinder", "capsule") else np.full(len(u), True)
+    check(found[inside], u[inside], v[inside], repeat)
+
+
+def test_solid_textures_fill_hard_shapes_from_face_to_face():
+    """Also where faces lie between two layers of a checker: there the inner one is seen."""
+    found, p = hard_seen(fs.Box(tuple(2 * HALF)), fs.Checker("white", "black", 0.1))
+    cells = np.clip(p, 1e-3 - HALF, HALF - 1e-3) / 0.1
+    clear = (np.abs(cells - np.round(cells)) > 5e-3).all(axis=1)
+    assert clear.mean() > 0.9
+    white = np.floor(cells).sum(axis=1) % 2 == 0
+    assert 0.3 < white.mean() < 0.7
+    np.testing.assert_allclose(found[clear], np.where(white, 1.0, 0.0)[clear][:, None] * np.ones(3), atol=0.01)
+    flat, p = hard_seen(fs.Ground(extent=(0.9, 0.9)), fs.Checker("white", "black", 0.3))
+    cells = p[:, :2] / 0.3
+    clear = (np.abs(cells - np.round(cells)) > 1e-3).all(axis=1)
+    black = np.floor(cells).sum(axis=1) % 2 == 0  # the layer beneath the plane is an odd one
+    np.testing.assert_allclose(flat[clear][:, 0], np.where(black, 0.0, 1.0)[clear], atol=0.01)
+
+
+@pytest.mark.parametrize("color", [fs.ImageTexture(RAMP), fs.Checker("white", "black", 0.2)])
+def test_bodies_drawn_hard_keep_their_textures(color):
+    world = fs.World(lights=(), background=BRIGHT)
+    world.add_body(fs.Body(fs.Point((0.1, 0, 0)), surface=skin(color, radius=0.6), motion=POSE))
+    camera = fs.Camera(tuple(POSE.apply((2.2, -1.5, 1.4))), POSE.position, fov=40)
+    soft, _ = seen(world, camera)
+    hard, _ = seen(world, camera, mode="hard")
+    assert len(soft) == len(hard)
+    # Pixels on the borders of squares may fall on either side.
+    assert (np.abs(soft - hard).max(axis=1) > 0.01).mean() < 0.02
+
+
+# All around
+
+
+def sky_seen(camera, **options):
+    world = fs.World(lights=(), background=fs.Background(**options))
+    return linear_of(fs.Renderer(SIZE, samples=1).frame(world.at(0.0), camera) / 255.0).reshape(-1, 3)
+
+
+@pytest.mark.parametrize("turn", [0.0, 1.3])
+def test_a_sky_is_seen_where_it_is(turn):
+    for look_at in [(0, 1, 0.2), (-1, -1, -0.6), (0.2, -0.3, 1)]:
+        camera = fs.Camera((0, 0, 0), look_at, fov=70)
+        d = rays(camera, SIZE).reshape(-1, 3)
+        u = 0.5 - (np.arctan2(d[:, 1], d[:, 0]) - turn) / TAU
+        check(2.0 * sky_seen(camera, image=RAMP, turn=turn, intensity=0.5), u, np.arccos(d[:, 2]) / math.pi)
+
+
+def test_a_sky_lights_from_above_and_below():
+    image = np.zeros((8, 16, 3))
+    image[:4, :, 0] = 1.0
+    image[4:, :4, 2] = 1.0
+    background = fs.Background(image=image, intensity=0.8)
+    np.testing.assert_allclose(background.rgb_above, (0.8, 0, 0), atol=1e-6)
+    np.testing.assert_allclose(background.rgb_below, (0, 0, 0.2), atol=1e-6)
+    # Of the sphere, not of the picture: rows near the poles count less.
+    ring = np.zeros((90, 4, 3))
+    ring[:15] = 1.0
+    cap = 1 - math.cos(math.pi / 6)
+    np.testing.assert_allclose(fs.Background(image=ring).rgb_above, cap, rtol=1e-3)
+    world = fs.World(lights=(), background=background)
+    world.add_shape(fs.Ground(extent=(1, 1)), fs.Material("white"))
+    camera = fs.Camera((0, 0, 3), (0, 0, 0), up=(0, 1, 0), fov=10)
+    color = linear_of(fs.Renderer(SIZE, samples=1).frame(world.at(0.0), camera)[60, 60] / 255.0)
+    np.testing.assert_allclose(color, (AMBIENT * 0.8 + FILL, FILL, FILL), atol=0.003)
+
+
+def test_a_gradient_takes_the_intensity_too():
+    camera = fs.Camera((0, 0, 0), (0, 0, 1), up=(0, 1, 0), fov=1)
+    found = sky_seen(camera, top="tomato", stars=0, intensity=0.5)
+    np.testing.assert_allclose(found, np.tile(np.array(color_rgb("", "tomato")) * 0.5, (len(found), 1)), atol=0.003)
+
+
+# Files and errors
+
+
+def test_files_hold_what_arrays_hold(tmp_path):
+    image = (255 * noise(6, 4)).astype(np.uint8)
+    imageio.imwrite(tmp_path / "picture.png", image)
+    for given in (tmp_path / "picture.png", str(tmp_path / "picture.png"), image, image / 255.0):
+        np.testing.assert_allclose(Pixels("it", given).linear, linear_of(image / 255.0), atol=1e-6)
+    np.testing.assert_allclose(Pixels("it", image[..., 0]).linear, linear_of(image[..., :1] / 255.0).repeat(3, 2))
+    seen_through = np.concatenate([image, image[..., :1]], axis=2)
+    np.testing.assert_array_equal(Pixels("it", seen_through).linear, Pixels("it", image).linear)
+    deep = image.astype(np.uint16) * 257
+    np.testing.assert_allclose(Pixels("it", deep).linear, Pixels("it", image).linear, atol=1e-6)
+
+
+@pytest.mark.parametrize("make", [fs.ImageTexture, lambda image: fs.Background(image=image)])
+@pytest.mark.parametrize(
+    ("image", "words"),
+    [
+        ("no/such.png", r": there is no image 'no/such\.png'; give a path or an array"),
+        (np.zeros((4, 4, 2)), r": image has shape \(4, 4, 2\)"),
+        (np.zeros((0, 4, 3)), r": image has shape \(0, 4, 3\)"),
+        (np.full((4, 4, 3), np.nan), ": image has 16 pixels that are not finite"),
+        (np.full((4, 4, 3), 255.0), ": image has values from 255 to 255"),
+        (np.full((4, 4, 3), 7), ": image is of type int64"),
+        ([[1, 2], [3]], ": image has rows of different lengths"),
+    ],
+)
+def test_bad_pictures_are_refused(make, image, words):
+    name = "ImageTexture" if make is fs.ImageTexture else "Background"
+    with pytest.raises(InputError, match=name + words):
+        make(image)
+
+
+def test_files_that_are_no_pictures_are_refused_before_rendering(tmp_path):
+    path = tmp_path / "text.png"
+    path.write_text("no picture")
+    world = fs.World(background=fs.Background(image=path))
+    with pytest.raises(InputError, match=r"Background: image '.*text\.png' cannot be read"):
+        fs.render(world.at(0.0), fs.Camera((1, 0, 0)), size=(4, 4))
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: fs.ImageTexture(RAMP, 2), r"ImageTexture: repeat is 2; give two numbers"),
+        (lambda: fs.ImageTexture(RAMP, (1, 0)), "ImageTexture: repeat is 0; give a number above 0"),
+        (lambda: fs.Background(intensity=-1), "Background: intensity is -1"),
+        (lambda: fs.Background(turn=math.nan), "Background: turn is nan"),
+    ],
+)
+def test_bad_numbers_are_refused(make, words):
+    with pytest.raises(InputError, match=words):
+        make()

@@ -4,12 +4,16 @@ import math
 
 import numpy as np
 import pytest
+import warp as wp
 from test_render import rays
 
 import fieldsim as fs
+from fieldsim.launch import launch
 from fieldsim.potentials.shapes import box as box_triangles
 from fieldsim.render.sky import AMBIENT, FILL
+from fieldsim.render.textures import beside
 from fieldsim.world.color import linear_of
+from fieldsim.world.shapes import frame_along
 
 SIZE = (120, 120)
 POSE = fs.Pose.turned((1, 2, -1), 1.1, (0.2, -0.15, 0.1))
@@ -111,6 +115,9 @@ def place(number):
 def gallery():
     """The primitives one by one, turned; then a point that moves within its body, and two points that melt."""
     world = fs.World(lights=(), background=BRIGHT)
+    # Another picture comes before theirs.
+    other = skin(fs.ImageTexture(np.zeros((50, 70, 3))), radius=0.4, blobbiness=-2)
+    world.add_body(fs.Body(fs.Point((0, 0, 0)), surface=other, motion=place(-1)))
     bodies = [(primitive, repeat) for primitive, _, repeat in PRIMITIVES.values()]
     bodies += [(fs.Point(lambda t: (0, 0.5 * t, t)), (1, 1)), (PAIR, (1, 1))]
     for number, (skeleton, repeat) in enumerate(bodies):
@@ -189,19 +196,20 @@ SHAPES = {
 }
 
 
-def hard_seen(shape, color, **options):
+def hard_seen(shape, color, side=1.0):
     """Colours (N, 3) and places (N, 3) in its own frame of what is seen of a shape turned as POSE."""
     world = fs.World(lights=(), background=BRIGHT)
     world.add_shape(shape, skin(color), motion=POSE)
-    camera = fs.Camera(tuple(POSE.apply((2.2, -1.5, 1.4))), POSE.position, fov=50)
-    found, p = seen(world, camera, **options)
+    camera = fs.Camera(tuple(POSE.apply(side * np.array((2.2, -1.5, 1.4)))), POSE.position, fov=50)
+    found, p = seen(world, camera)
     return found, (p - POSE.position) @ POSE.matrix
 
 
+@pytest.mark.parametrize("side", [-1.0, 1.0])
 @pytest.mark.parametrize("name", SHAPES)
-def test_a_picture_lies_on_each_hard_shape_in_its_own_way(name):
+def test_a_picture_lies_on_each_hard_shape_in_its_own_way(name, side):
     shape, coordinates, repeat = SHAPES[name]
-    found, p = hard_seen(shape, fs.ImageTexture(RAMP, repeat))
+    found, p = hard_seen(shape, fs.ImageTexture(RAMP, repeat), side)
     u, v = coordinates(p)
     # Where the first or the last column goes on it is no ramp.
     inside = (u > 0.01) & (u < 0.99) if name in ("cylinder", "capsule") else np.full(len(u), True)
@@ -234,3 +242,32 @@ def test_bodies_drawn_hard_keep_their_textures(color):
     assert len(soft) == len(hard)
     # Pixels on the borders of squares may fall on either side.
     assert (np.abs(soft - hard).max(axis=1) > 0.01).mean() < 0.02
+
+
+def test_arcs_drawn_hard_keep_their_pictures():
+    world = fs.World(lights=(), background=BRIGHT)
+    arc, coordinates, repeat = PRIMITIVES["arc"]
+    world.add_body(fs.Body(arc, surface=skin(fs.ImageTexture(RAMP, repeat), radius=0.3), motion=POSE))
+    found, p = seen(world, fs.Camera(tuple(POSE.apply((2.2, -1.5, 1.4))), POSE.position, fov=50), mode="hard")
+    check(found, *coordinates((p - POSE.position) @ POSE.matrix), repeat)
+
+
+@wp.kernel(enable_backward=False)
+def _beside(start: int, normals: wp.array(dtype=wp.vec3), sides: wp.array(dtype=wp.vec3)):
+    i = start + wp.tid()
+    sides[i] = beside(normals[i])
+
+
+def test_soft_and_hard_ones_agree_on_axes_across_a_direction():
+    z = np.random.default_rng(3).normal(size=(200, 3))
+    z = np.concatenate([z / np.linalg.norm(z, axis=1, keepdims=True), [(0, 0, 1), (0, 0, -1)]])
+    axes = frame_along(z)
+    np.testing.assert_allclose(axes @ np.swapaxes(axes, 1, 2), np.tile(np.eye(3), (len(z), 1, 1)), atol=1e-12)
+    np.testing.assert_allclose(np.linalg.det(axes), 1.0)
+    np.testing.assert_array_equal(axes[..., 2], z)
+    sides = wp.full(len(z), wp.vec3(np.nan), dtype=wp.vec3, device="cpu")
+    launch(_beside, len(z), [wp.array(z, dtype=wp.vec3, device="cpu")], [sides], device="cpu")
+    # Next to straight down, within 0.05 here, it is worth so many digits less.
+    np.testing.assert_allclose(sides.numpy(), axes[..., 0], atol=1e-4)
+    # The turn is the shortest: about an axis across z, and so by the angle between the two.
+    np.testing.assert_allclose(np.trace(axes, axis1=1, axis2=2), 1 + 2 * z[:, 2], atol=1e-9)

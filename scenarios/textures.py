@@ -31,12 +31,10 @@ def earth(seed):
 
 
 def sky():
-    up, clouds = AROUND[..., 2:], waves(AROUND * (2, 2, 8), 5)[..., None]
+    up, clouds = AROUND[..., 2:], np.clip(waves(AROUND * (2, 2, 8), 5), 0, 1)[..., None]
     haze = np.exp(-5 * np.abs(up))
-    air = (
-        haze * (1.0, 0.80, 0.60) + (1 - haze) * (0.22, 0.40, 0.70) + 0.5 * np.clip(clouds, 0, 1) * np.clip(4 * up, 0, 1)
-    )
-    return np.where(up < 0, haze * (0.42, 0.36, 0.30) + (1 - haze) * (0.20, 0.17, 0.15), np.clip(air, 0, 1))
+    air = haze * (1.0, 0.8, 0.6) + (1 - haze) * (0.22, 0.4, 0.7) + 0.5 * clouds * np.clip(4 * up, 0, 1)
+    return np.where(up < 0, haze * (0.42, 0.36, 0.3) + (1 - haze) * (0.2, 0.17, 0.15), np.clip(air, 0, 1))
 
 
 def build(seed: int = 4) -> fs.Scenario:

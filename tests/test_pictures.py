@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import warp as wp
 from test_render import rays
-from test_texture_images import RAMP, SIZE, TAU, check
+from test_texture_images import DARK, RAMP, SIZE, TAU, check
 
 import fieldsim as fs
 from fieldsim.errors import InputError
@@ -93,7 +93,7 @@ def test_pictures_are_uploaded_once():
 
 
 def sky_seen(camera, **options):
-    world = fs.World(lights=(), background=fs.Background(**options))
+    world = fs.World(lights=DARK, background=fs.Background(**options))
     return linear_of(fs.Renderer(SIZE, samples=1).frame(world.at(0.0), camera) / 255.0).reshape(-1, 3)
 
 
@@ -118,7 +118,7 @@ def test_a_sky_lights_from_above_and_below():
     ring[:15] = 1.0
     cap = 1 - math.cos(math.pi / 6)
     np.testing.assert_allclose(fs.Background(image=ring).rgb_above, cap, rtol=1e-3)
-    world = fs.World(lights=(), background=background)
+    world = fs.World(lights=DARK, background=background)
     world.add_shape(fs.Ground(extent=(1, 1)), fs.Material("white"))
     camera = fs.Camera((0, 0, 3), (0, 0, 0), up=(0, 1, 0), fov=10)
     color = linear_of(fs.Renderer(SIZE, samples=1).frame(world.at(0.0), camera)[60, 60] / 255.0)

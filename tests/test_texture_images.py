@@ -31,6 +31,7 @@ def ramp(width=64, height=32):
 
 
 RAMP = ramp()
+DARK = (fs.DirectionalLight(direction=(0, 0, 1), intensity=0.0, shadows=False),)
 BRIGHT = fs.Background(top="white", bottom="white", stars=0)
 
 
@@ -114,7 +115,7 @@ def place(number):
 
 def gallery():
     """The primitives one by one, turned; then a point that moves within its body, and two points that melt."""
-    world = fs.World(lights=(), background=BRIGHT)
+    world = fs.World(lights=DARK, background=BRIGHT)
     # Another picture comes before theirs.
     other = skin(fs.ImageTexture(np.zeros((50, 70, 3))), radius=0.4, blobbiness=-2)
     world.add_body(fs.Body(fs.Point((0, 0, 0)), surface=other, motion=place(-1)))
@@ -198,7 +199,7 @@ SHAPES = {
 
 def hard_seen(shape, color, side=1.0):
     """Colours (N, 3) and places (N, 3) in its own frame of what is seen of a shape turned as POSE."""
-    world = fs.World(lights=(), background=BRIGHT)
+    world = fs.World(lights=DARK, background=BRIGHT)
     world.add_shape(shape, skin(color), motion=POSE)
     camera = fs.Camera(tuple(POSE.apply(side * np.array((2.2, -1.5, 1.4)))), POSE.position, fov=50)
     found, p = seen(world, camera)
@@ -234,7 +235,7 @@ def test_solid_textures_fill_hard_shapes_from_face_to_face():
 
 @pytest.mark.parametrize("color", [fs.ImageTexture(RAMP), fs.Checker("white", "black", 0.2)])
 def test_bodies_drawn_hard_keep_their_textures(color):
-    world = fs.World(lights=(), background=BRIGHT)
+    world = fs.World(lights=DARK, background=BRIGHT)
     world.add_body(fs.Body(fs.Point((0.1, 0, 0)), surface=skin(color, radius=0.6), motion=POSE))
     camera = fs.Camera(tuple(POSE.apply((2.2, -1.5, 1.4))), POSE.position, fov=40)
     soft, _ = seen(world, camera)
@@ -245,7 +246,7 @@ def test_bodies_drawn_hard_keep_their_textures(color):
 
 
 def test_arcs_drawn_hard_keep_their_pictures():
-    world = fs.World(lights=(), background=BRIGHT)
+    world = fs.World(lights=DARK, background=BRIGHT)
     arc, coordinates, repeat = PRIMITIVES["arc"]
     world.add_body(fs.Body(arc, surface=skin(fs.ImageTexture(RAMP, repeat), radius=0.3), motion=POSE))
     found, p = seen(world, fs.Camera(tuple(POSE.apply((2.2, -1.5, 1.4))), POSE.position, fov=50), mode="hard")

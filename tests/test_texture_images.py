@@ -233,16 +233,17 @@ def test_solid_textures_fill_hard_shapes_from_face_to_face():
     np.testing.assert_allclose(flat[clear][:, 0], np.where(black, 0.0, 1.0)[clear], atol=0.01)
 
 
+@pytest.mark.parametrize("options", [{"mode": "hard"}, {"solver": "referee"}], ids=["hard", "referee"])
 @pytest.mark.parametrize("color", [fs.ImageTexture(RAMP), fs.Checker("white", "black", 0.2)])
-def test_bodies_drawn_hard_keep_their_textures(color):
+def test_bodies_have_their_textures_however_they_are_drawn(color, options):
     world = fs.World(lights=DARK, background=BRIGHT)
     world.add_body(fs.Body(fs.Point((0.1, 0, 0)), surface=skin(color, radius=0.6), motion=POSE))
     camera = fs.Camera(tuple(POSE.apply((2.2, -1.5, 1.4))), POSE.position, fov=40)
-    soft, _ = seen(world, camera)
-    hard, _ = seen(world, camera, mode="hard")
-    assert len(soft) == len(hard)
+    plain, _ = seen(world, camera)
+    other, _ = seen(world, camera, **options)
+    assert len(plain) == len(other)
     # Pixels on the borders of squares may fall on either side.
-    assert (np.abs(soft - hard).max(axis=1) > 0.01).mean() < 0.02
+    assert (np.abs(plain - other).max(axis=1) > 0.01).mean() < 0.02
 
 
 def test_arcs_drawn_hard_keep_their_pictures():

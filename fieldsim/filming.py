@@ -6,9 +6,10 @@ import functools
 import time
 import warnings
 
+import numpy as np
+
 from fieldsim import launch
 from fieldsim.dynamics.energy_log import EnergyLog, EnergyReport
-from fieldsim.dynamics.simulation import Simulation
 from fieldsim.errors import FieldsimError, FieldsimWarning
 from fieldsim.recording import Recorded, Recording
 from fieldsim.render.image import Renderer
@@ -62,6 +63,7 @@ class Report:
     energy: EnergyReport | None = None
     log: EnergyLog | None = None
     integrator: str = ""
+    counted: str = "particle-steps"
 
     @property
     def compiling(self) -> float:
@@ -76,7 +78,7 @@ class Report:
         if self.particle_steps:
             bounces = f", {self.bounces} bounces" if self.bounces else ""
             steps = (
-                f"{_short(self.particle_steps / self.simulating.seconds)} particle-steps/s{bounces}, {self.integrator}"
+                f"{_short(self.particle_steps / self.simulating.seconds)} {self.counted}/s{bounces}, {self.integrator}"
             )
             lines.append(f"  simulating {self.simulating.seconds:6.1f} s  {steps}")
         rays = _short(self.rays / self.rendering.seconds)
@@ -115,6 +117,7 @@ def film(
     replay=None,
     mode: str | None = None,
     layer: str | None = None,
+    beside=None,
     watch=_unwatched,
 ) -> Report:
     """Film `scenario` into `out` (see `Film` for what its ending means) and say what it took.
@@ -125,6 +128,8 @@ def film(
     preview: a quick look: half the width and height, draft quality, 10 frames per second, where nothing else is told.
     record: path of a `Recording` to keep of the snapshots; replay: path of one to film instead of simulating, at its
     own times, with another camera or size, say.
+    beside: a function of the size that gives what else draws every frame: its `frame(snapshot, camera)` stands to the
+    right, and the film is twice as wide.
     watch: called with (frames done, frames in all) as the work goes on. A path that ends in .png gets the last frame.
     A simulation that fails under way ends the film: the frames so far are kept, and the FieldsimError says so.
     """
@@ -137,28 +142,32 @@ def film(
     size = size or (tuple(n // 2 for n in SIZE) if preview else SIZE)
     quality = quality or ("draft" if preview else "final")
     times = timeline(duration, fps) if recorded is None else recorded.times[recorded.times < duration].tolist()
-    world = scenario.world
+    world = scenario.shown
     if not world.particles and not world.shapes and all(body.surface is None for body in world.bodies):
         words = "nothing to see: no body has a surface, and there are no particles; give a body a surface=fs.Material()"
         warnings.warn(words, FieldsimWarning, stacklevel=2)
     begun = time.perf_counter()
     with contextlib.ExitStack() as stack:
-        target = stack.enter_context(Film(out, size, fps))
+        width, height = size
+        target = stack.enter_context(Film(out, (2 * width, height) if beside else size, fps))
         if target.still:
             times = times[-1:]
         report = Report(target.path, target.size, len(times))
-        renderer = Renderer(target.size, quality, device, mode=mode or "soft")
+        renderer = Renderer(size, quality, device, mode=mode or "soft")
         pictures = LayerPictures(renderer, layer) if layer else renderer
+        other = beside(size) if beside else None
         failures = []
         moments = _snapshots(scenario, times, device, report)
         if recorded:
-            moments = map(functools.partial(recorded.at, world=scenario.world), times)
+            moments = map(functools.partial(recorded.at, world=scenario.shown), times)
         if record:
             moments = _kept(moments, stack.enter_context(Recording(record)))
         for done, snapshot in enumerate(_until_failure(moments, failures)):
             watch(done, len(times))
             with report.rendering.running():
                 image = pictures.frame(snapshot, scenario.camera)
+                if other:
+                    image = np.hstack([image, other.frame(snapshot, scenario.camera)])
             with report.writing.running():
                 target.write(image)
         if failures and not target.frames:
@@ -195,14 +204,12 @@ def _until_failure(snapshots, failures):
 
 def _snapshots(scenario, times, device, report):
     """The scenario's moments at `times`, and their part of the report."""
-    world = scenario.world
-    some = any(len(particles) for particles in world.particles)
-    if not some and not any(body.free for body in world.bodies):
-        yield from map(world.at, times)
-        return
     with report.simulating.running():
-        simulation = Simulation(world, scenario.integrator, device=device)
-        report.log = log = EnergyLog(simulation)
+        simulation, log = scenario.begin(device)
+    if simulation is None:
+        yield from map(scenario.shown.at, times)
+        return
+    report.log, report.counted = log, getattr(simulation, "counted", report.counted)
     report.integrator = str(simulation.choice or simulation.integrator)
     for moment in times:
         with report.simulating.running():

@@ -21,6 +21,8 @@ from fieldsim.world.motion import Pose
 Kind = mujoco.mjtGeom
 # A half size that exceeds the smallest by less than this share of it counts as equal to it.
 EQUAL = 0.1
+# Of a skin in the geoms' own colours: soft.
+BLOBBINESS = -2.5
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -39,27 +41,37 @@ class Skin:
         return tuple(Pose(tuple(data.xpos[b].tolist()), tuple(data.xquat[b].tolist())) for b in self.owners)
 
 
-def skin(model, root: str | int | None = None, *, material: Material | None = None, swell: float = 1.0) -> Skin:
+def skin(
+    model,
+    root: str | int | None = None,
+    *,
+    material: Material | None = None,
+    blobbiness: float | None = None,
+    swell: float = 1.0,
+) -> Skin:
     """The body tree from `root` (a name or number; None: all bodies that move) as a soft, blended surface.
 
     Every geom that is seen becomes the point, segment or plate (two triangles) that has the geom's extents when it is
     thickened by its smallest half size: a sphere a point, a capsule, a cylinder or a cigar of an ellipsoid a segment, a
     flat box a plate; half sizes within a tenth of the smallest count as equal to it. Of a mesh it is the box around it.
-    material: its look and blobbiness, for all; its radius is of no account, as each geom gives its own, times `swell`.
-    None: every geom's own colour. The last tenth of the parts' sizes is the blending's: near the ends of a lone segment
-    the surface draws in, where parts meet it bulges. Planes and height fields have no skin.
+    material: for all, but that each geom gives its own radius, times `swell`; None: every geom in its own colour.
+    blobbiness: the material's unless told, or -2.5. Blending has its price: the softer, the more the surface draws in at
+    the ends of parts by themselves, and bulges where parts meet; and it melts into surfaces of the world's bodies where
+    it touches them, as these do into each other. Planes and height fields have no skin.
     Raises InputError for a body that is not there and for a tree without geoms to be seen.
     """
     model = model_of(model)
     swell = validate.number("skin", "swell", swell, above=0.0)
     if material is not None and not isinstance(material, Material):
         raise InputError(f"skin: material is {material!r}; give a fs.Material, or None for the geoms' own colours")
+    if blobbiness is None:
+        blobbiness = material.blobbiness if material else BLOBBINESS
     tree = _tree(model, root)
     geoms = [g for g in seen_geoms(model) if model.geom_bodyid[g] in tree and _half_sizes(model, g) is not None]
     if not geoms:
         where = "the model" if root is None else f"the tree of body {root!r}"
         raise InputError(f"skin: {where} has no geom to be seen that moves; give its bodies geoms of groups 0 to 2")
-    bodies = tuple(_soft(model, geom, material, swell) for geom in geoms)
+    bodies = tuple(_soft(model, geom, material, blobbiness, swell) for geom in geoms)
     return Skin(bodies, tuple(int(model.geom_bodyid[g]) for g in geoms), tuple(geoms))
 
 
@@ -94,7 +106,7 @@ def _half_sizes(model, geom):
     return model.geom_aabb[geom, :3].copy(), model.geom_aabb[geom, 3:].copy()
 
 
-def _soft(model, geom, material, swell):
+def _soft(model, geom, material, blobbiness, swell):
     """One geom as a Body in the frame of its MuJoCo body."""
     middle, half = _half_sizes(model, geom)
     turn = quaternion.matrices(model.geom_quat[geom])
@@ -102,7 +114,7 @@ def _soft(model, geom, material, swell):
     primitives, radius = medial(half)
     placed = [dataclasses.replace(p, **{n: _moved(getattr(p, n), turn, middle) for n in p.points}) for p in primitives]
     look = material or Material(tuple(color_of(model, geom)[:3].tolist()))
-    look = dataclasses.replace(look, radius=swell * radius)
+    look = dataclasses.replace(look, radius=swell * radius, blobbiness=blobbiness)
     return Body(placed, surface=look, name=f"skin of geom {label(model, geom)}")
 
 

@@ -135,8 +135,15 @@ class _Run(click.Group):
             place = count
             while place < len(args) and args[place].startswith("-") and args[place] != "--help":
                 place += 2 if args[place] in valued else 1
-            if place >= len(args) or args[place] == "--help":
+            if "--help" in args[: place + 1]:
                 break
+            if place >= len(args):
+                missing = "a SCENARIO" if count == self.names - 1 else "MODEL.xml and a SCENARIO"
+                raise (
+                    click.UsageError(f"name {missing} besides the options", ctx)
+                    if args
+                    else click.NoArgsIsHelpError(ctx)
+                )
             args = [*args[:count], args[place], *args[count:place], *args[place + 1 :]]
         return super().parse_args(ctx, args)
 

@@ -21,6 +21,11 @@ def _own_options():
             ["--speed"], type=Positive(), help="Fastest hit on a planet to expect; from the fall unless told."
         ),
         click.Option(["--depth"], type=Positive(), help=f"How deep that goes, in radii; {DEPTH:g} unless told."),
+        click.Option(
+            ["--timestep"],
+            type=Positive(),
+            help="MuJoCo's step; the model's unless told, or less where contact needs it.",
+        ),
         click.Option(["--damping"], type=float, help=f"What hits lose, 0 for nothing; {DAMPING:g} unless told."),
         click.Option(["--friction"], type=float, help=f"Coulomb's coefficient on planets; {FRICTION:g} unless told."),
         click.Option(
@@ -58,12 +63,16 @@ def _prepared(name, options):
 def _adapted(scenario, model, name, own):
     from fieldsim.mujoco.beside import Beside
     from fieldsim.mujoco.experiment import Experiment
+    from fieldsim.mujoco.fall import shortened
     from fieldsim.mujoco.skins import skin
 
     if isinstance(scenario, Experiment):
         raise InputError(f"{name} has a model of its own; film it with: fieldsim run {name}")
+    contact = _contact(scenario.world, model, own)
+    # The model is this command's own, read from its file.
+    model.opt.timestep = own["timestep"] or shortened(scenario.world, model, contact)
     options = {"keep_gravity": own["keep_gravity"], "skins": skin(model) if own["skin"] else ()}
-    experiment = Experiment.of(scenario, model, contact=_contact(scenario.world, model, own), **options)
+    experiment = Experiment.of(scenario, model, contact=contact, **options)
     return experiment, {"beside": lambda size: Beside(experiment.model, size)} if own["beside"] else {}
 
 

@@ -19,11 +19,11 @@ def rain(kinds: list[str], seed: int) -> str:
     """MJCF of free bodies that hang above the donut, nowhere nearer to each other than they are long."""
     random, places, bodies = np.random.default_rng(seed), [], []
     while len(places) < len(kinds):
-        place = random.uniform((-1.6, -1.6, 0.9), (1.6, 1.6, 2.2))
+        place = random.uniform((-1.6, -1.6, 0.9), (1.6, 1.6, 0.9 + 0.035 * len(kinds)))
         if np.hypot(*place[:2]) < 1.6 and all(np.linalg.norm(place - other) > 0.22 for other in places):
             places.append(place)
     for k, (kind, (x, y, z)) in enumerate(zip(kinds, places, strict=True)):
-        quat = "{} {} {} {}".format(*random.normal(size=4))
+        quat = " ".join(map(str, random.normal(size=4)))
         geom = f'<geom type="{kind}" size="{SIZES[kind]}" rgba="{COLORS[kind][k % 2]}"/>'
         bodies.append(f'<body pos="{x} {y} {z}" quat="{quat}"><freejoint/>{geom}</body>')
     return "".join(bodies)
@@ -33,13 +33,9 @@ def chain(links: int) -> str:
     """MJCF of a chain that hangs stretched across the tube."""
     geom = '<geom type="capsule" fromto="0.02 0 0 0.13 0 0" size="0.04" rgba="0.8 0.8 0.85 1"/>'
     inner = ""
-    for link in range(links):
-        first = link == links - 1
-        place, joint = (
-            ("0.1 -0.15 0.5", "<freejoint/>") if first else ("0.15 0 0", '<joint type="ball" damping="2e-5"/>')
-        )
-        inner = f'<body pos="{place}">{joint}{geom}{inner}</body>'
-    return inner
+    for _ in range(links - 1):
+        inner = f'<body pos="0.15 0 0"><joint type="ball" damping="2e-5"/>{geom}{inner}</body>'
+    return f'<body pos="0.1 -0.15 0.5"><freejoint/>{geom}{inner}</body>'
 
 
 def build(boxes: int = 20, capsules: int = 20, links: int = 10, friction: float = 0.8, seed: int = 1) -> fs.Scenario:
@@ -47,11 +43,9 @@ def build(boxes: int = 20, capsules: int = 20, links: int = 10, friction: float 
     ring = fs.Circle(center=(0, 0, 0), normal=(0, 0, 1), radius=1.0)
     clay = fs.Material("terracotta", radius=0.25, blobbiness=-8)
     world.add_body(fs.Body(ring, gravity=fs.Newtonian(), mass=2.0, surface=clay))
-    model = (
-        '<mujoco><option gravity="0 0 0" integrator="RK4" timestep="0.0005"/>'
-        f"<worldbody>{rain(['box'] * boxes + ['capsule'] * capsules, seed)}"
-        f"{chain(links)}</worldbody></mujoco>"
-    )
+    bodies = rain(["box"] * boxes + ["capsule"] * capsules, seed) + chain(links)
+    option = '<option gravity="0 0 0" integrator="RK4" timestep="0.0004"/>'
+    model = f"<mujoco>{option}<worldbody>{bodies}</worldbody></mujoco>"
     touch = fs.mujoco.Contact(speed=2.2, depth=0.2, damping=0.6, friction=friction)
     camera = fs.Camera.orbit(look_at=(0, 0, 0.1), radius=4.2, height=2.4, period=60, phase=-0.6, fov=40)
     return fs.mujoco.Experiment(world, camera, model=model, contact=touch, duration=8.0)

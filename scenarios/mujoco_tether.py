@@ -35,8 +35,8 @@ def build(length: float = 0.6, tilt: float = 40.0, distance: float = 3.5) -> fs.
     clay = fs.Material("terracotta", radius=0.25, blobbiness=-8)
     planet = world.add_body(fs.Body(ring, gravity=fs.Newtonian(), mass=14.0, surface=clay))
     turn = math.radians(tilt)
-    arm = np.array((math.cos(turn), math.sin(turn), 0)) * (length / 2 + 0.06)
-    pulls = planet.gravity_field().gradient([(distance, 0, 0) - arm, (distance, 0, 0) + arm])
+    middle, arm = np.array((distance, 0, 0)), np.array((math.cos(turn), math.sin(turn), 0)) * (length / 2 + 0.06)
+    pulls = planet.gravity_field().gradient([middle - arm, middle + arm])
     rate = math.sqrt(-pulls[:, 0].mean() / distance)  # of a circular orbit
 
     def start(model, data):

@@ -1,4 +1,4 @@
-"""How fast bodies can fall onto a planet: by energy, from where they start to where its surface lies deepest."""
+"""How fast bodies can fall onto a planet, and which time step their hits need."""
 
 import dataclasses
 
@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 
 from fieldsim.errors import InputError
+from fieldsim.mujoco.balls import Contact, body_balls, longest_step
 from fieldsim.potentials import cells
 from fieldsim.potentials.field import Field
 from fieldsim.world.motion import pose_at
@@ -13,11 +14,14 @@ from fieldsim.world.motion import pose_at
 # Points along each side of the grid on which a surface is looked for, and the values of F that count as on it.
 GRID = 24
 NEAR = (0.5, 1.0)
+# How much shorter than the longest step that resolves a hit is taken.
+MARGIN = 0.9
 
 
 def hit_speed(world, model) -> float:
     """The fastest at which bodies of a MuJoCo model can hit surfaces of `world`, falling from where the model has them.
 
+    By energy, down to where the surfaces lie deepest, which are looked for on a grid.
     Raises InputError where that cannot be told: no surface has an end, or it lies higher than all bodies.
     """
     data = mujoco.MjData(model)
@@ -32,6 +36,18 @@ def hit_speed(world, model) -> float:
     if not drop > 0.0:
         raise InputError("the bodies start lower than all surfaces, so no speed of hits is known; give --speed")
     return float(np.sqrt(2.0 * drop))
+
+
+def shortened(world, model, contact: Contact | None) -> float:
+    """The model's time step, or less where hits of its bodies on the surfaces of `world` are too quick for it."""
+    steps = [model.opt.timestep]
+    if contact:
+        radius = min(body.surface.at(0.0).radius for body in world.bodies if body.surface is not None)
+        for body in np.flatnonzero((model.body_mass > 0.0) & (model.body_weldid != 0)):
+            rows = body_balls(model, body, contact, radius)
+            if len(rows):
+                steps.append(MARGIN * longest_step(rows, model.body_mass[body], contact))
+    return float(min(steps))
 
 
 def _gravity(world):

@@ -131,19 +131,16 @@ class _Run(click.Group):
     def parse_args(self, ctx, args):
         """Let the command's options stand before the scenario, too."""
         valued = {name for option in self.options() if not option.is_flag for name in option.opts}
-        for count in range(self.names):
+        for count in range(self.names if args else 0):
             place = count
             while place < len(args) and args[place].startswith("-") and args[place] != "--help":
                 place += 2 if args[place] in valued else 1
-            if "--help" in args[: place + 1]:
-                break
             if place >= len(args):
                 missing = "a SCENARIO" if count == self.names - 1 else "MODEL.xml and a SCENARIO"
-                raise (
-                    click.UsageError(f"name {missing} besides the options", ctx)
-                    if args
-                    else click.NoArgsIsHelpError(ctx)
-                )
+                raise click.UsageError(f"name {missing} besides the options", ctx)
+            if args[place] == "--help":
+                args = ["--help"]
+                break
             args = [*args[:count], args[place], *args[count:place], *args[place + 1 :]]
         return super().parse_args(ctx, args)
 

@@ -47,7 +47,8 @@ class Clock:
 class Report:
     """What making a film took. Times in seconds of wall time.
 
-    energy, log: how well energy was kept; None in a world where the dynamics move nothing.
+    energy, log: how well energy was kept; None in a world where the dynamics move nothing. counted: what was done in
+    particle_steps; compiled: why it took what `compiling` says.
     """
 
     path: str
@@ -64,6 +65,7 @@ class Report:
     log: EnergyLog | None = None
     integrator: str = ""
     counted: str = "particle-steps"
+    compiled: str = "first run only"
 
     @property
     def compiling(self) -> float:
@@ -84,7 +86,7 @@ class Report:
         rays = _short(self.rays / self.rendering.seconds)
         lines.append(f"  rendering  {self.rendering.seconds:6.1f} s  {rays} rays/s")
         if self.compiling > COMPILING:
-            lines.append(f"  compiling  {self.compiling:6.1f} s  first run only")
+            lines.append(f"  compiling  {self.compiling:6.1f} s  {self.compiled}")
         if self.energy is not None:
             lines.append(f"  {self.energy}")
         return "\n".join(lines)
@@ -209,7 +211,9 @@ def _snapshots(scenario, times, device, report):
     if simulation is None:
         yield from map(scenario.shown.at, times)
         return
-    report.log, report.counted = log, getattr(simulation, "counted", report.counted)
+    report.log = log
+    for name in ("counted", "compiled"):
+        setattr(report, name, getattr(simulation, name, getattr(report, name)))
     report.integrator = str(simulation.choice or simulation.integrator)
     for moment in times:
         with report.simulating.running():

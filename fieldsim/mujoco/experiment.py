@@ -10,7 +10,8 @@ import numpy as np
 
 from fieldsim import launch
 from fieldsim.dynamics.energy_log import EnergyLog, EnergyReport, History
-from fieldsim.dynamics.totals import Total
+from fieldsim.dynamics.integrators import Leapfrog
+from fieldsim.dynamics.totals import Drift, Total
 from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
 from fieldsim.mujoco.balls import Contact
 from fieldsim.mujoco.forces import FieldForces
@@ -50,6 +51,11 @@ class Experiment(Scenario):
     def __post_init__(self):
         super().__post_init__()
         object.__setattr__(self, "model", self._without_gravity(model_of(self.model)))
+        if self.integrator != Leapfrog() and not self.world.particles:
+            raise InputError(
+                f"Experiment: integrator is {self.integrator}, which moves particles, and there are none; the model's "
+                "own is told by its <option integrator=... timestep=...>"
+            )
         for name in ("start", "control"):
             value = getattr(self, name)
             if value is not None and not callable(value):
@@ -67,6 +73,8 @@ class Experiment(Scenario):
     def of(cls, scenario: Scenario, model, **options) -> "Experiment":
         """The experiment of a model in a scenario: its world, camera, times and integrator; options: as above."""
         told = {field.name: getattr(scenario, field.name) for field in dataclasses.fields(Scenario)}
+        if not scenario.world.particles:
+            del told["integrator"]
         return cls(**told | {"model": model} | options)
 
     @functools.cached_property
@@ -88,7 +96,8 @@ class Experiment(Scenario):
 class Run:
     """An experiment under way: `advance(time)`, `snapshot()`; data: its MjData; forces: its FieldForces."""
 
-    counted = "MuJoCo steps"
+    # For the report on a film.
+    counted, compiled = "MuJoCo steps", "mostly MuJoCo's callback, in every run"
     choice = None
 
     def __init__(self, experiment: Experiment, others=None, log=None):
@@ -153,19 +162,25 @@ class Run:
 class ModelLog:
     """Follows the total energy of an experiment's model, and the invariants of the world's particles if there are any.
 
-    What contacts, damping and motors take or give shows as drift, as it should.
+    What contacts, damping and motors take or give shows as drift, as it should; what was gained is told besides, for
+    without motors, and planets that move, there should be none.
     """
 
     def __init__(self, run: Run, others: EnergyLog | None):
         self._run, self._others = run, others
         self.invariant = others.invariant if others else ""
         self.history = others.history if others else History()
+        self._first: float | None = None
+        self._gain = 0.0
         self._own = Total("the MuJoCo model", "total energy", self._measured)
         self.totals = [*(others.totals if others else ()), self._own]
 
     def _measured(self):
         energy = self._run.forces.energy()
-        return np.float64(energy.total), energy.kinetic + sum(map(abs, (energy.model, energy.field, energy.contact)))
+        scale = energy.kinetic + sum(map(abs, (energy.model, energy.field, energy.contact)))
+        self._first = energy.total if self._first is None else self._first
+        self._gain = max(self._gain, (energy.total - self._first) / max(scale, np.finfo(float).tiny))
+        return np.float64(energy.total), scale
 
     def record(self) -> None:
         """Take the present moment into account."""
@@ -178,4 +193,5 @@ class ModelLog:
     def report(self) -> EnergyReport:
         """The drift over all moments recorded so far."""
         others = self._others.report() if self._others else EnergyReport("", 0.0, 0.0, 0, 0)
-        return dataclasses.replace(others, totals=(*others.totals, self._own.drift))
+        gained = Drift(self._own.whose, "gains of it", self._gain)
+        return dataclasses.replace(others, totals=(*others.totals, self._own.drift, gained))

@@ -97,6 +97,25 @@ def test_geoms_look_as_in_mujoco():
     assert scene.world.shapes[0].shapes[0].extent == (3.0, 2.0)
 
 
+CHECKERED = """
+<mujoco><asset>
+  <texture name="grid" type="2d" builtin="checker" rgb1="1 0 0" rgb2="0 0 1" width="64" height="64"/>
+  <material name="floor" texture="grid" texrepeat="4 4" texuniform="{uniform}" rgba="1 1 .5 1" specular="0"/>
+</asset><worldbody>
+  <geom type="plane" size="2 2 1" material="floor"/><geom size=".1" pos="0 0 1" material="floor"/>
+</worldbody></mujoco>
+"""
+
+
+def test_textures_become_checkers_and_means():
+    for uniform, tile in (("true", 0.25), ("false", 0.5)):
+        group = fs.mujoco.Scene(fs.World(), CHECKERED.format(uniform=uniform)).world.shapes[0]
+        assert group.shapes[0].tile == tile
+        np.testing.assert_allclose(group.shapes[0].checker, (1, 0, 0), atol=1e-6)
+        np.testing.assert_allclose(group.materials[0].color, (0, 0, 0.5), atol=1e-6)
+        np.testing.assert_allclose(group.materials[1].color, (0.5, 0, 0.25), atol=1e-2)
+
+
 def test_what_the_world_holds_stays_in_the_picture():
     world = fs.World()
     world.add_body(PLANET)
@@ -490,13 +509,29 @@ def test_mujocos_own_picture_needs_opengl(here, capsys, monkeypatch):
     assert not list(here.glob("*.mp4"))
 
 
-def test_mujocos_own_picture_stands_beside(tmp_path):
-    """Both see the same ball at the same pixels."""
-    experiment = ball_experiment(fps=10)
+@pytest.fixture
+def opengl():
+    """Skip where MuJoCo has nothing to draw with."""
     try:
-        Beside(experiment.model, (8, 8))
+        Beside(model_of(BALL.format(gravity="0 0 0")), (8, 8))
     except fs.FieldsimError:
         pytest.skip("no OpenGL context here")
+
+
+@pytest.mark.parametrize("uniform", ["true", "false"])
+def test_checkers_lie_as_mujoco_has_them(opengl, uniform):
+    model, data = posed(CHECKERED.format(uniform=uniform))
+    snapshot = fs.mujoco.Scene(fs.World(), model).snapshot(data)
+    above = fs.Camera((0, 0, 20), up=(0, 1, 0), fov=11.0)
+    own = Beside(model, (180, 180)).frame(snapshot, above).astype(int)
+    ours = fs.render(snapshot, above, size=(180, 180)).astype(int)
+    # All but pixels on the edges of squares.
+    assert np.mean((own[..., 0] > own[..., 2]) == (ours[..., 0] > ours[..., 2])) > 0.95
+
+
+def test_mujocos_own_picture_stands_beside(opengl, tmp_path):
+    """Both see the same ball at the same pixels."""
+    experiment = ball_experiment(fps=10)
     beside = lambda size: Beside(experiment.model, size)  # noqa: E731
     fs.film(experiment, tmp_path / "p_%d.png", size=(64, 48), beside=beside)
     picture = imageio.imread(tmp_path / "p_0.png")

@@ -23,7 +23,7 @@ def shape_of(model, geom: int) -> Shape | None:
     """The shape of a geom; None, with a FieldsimWarning, of a kind that has none (height fields)."""
     kind, size = Kind(int(model.geom_type[geom])), model.geom_size[geom].tolist()
     if kind == Kind.mjGEOM_PLANE:
-        return Ground(extent=(size[0], size[1]) if size[0] > 0.0 and size[1] > 0.0 else None)
+        return _ground(model, geom, size)
     if kind == Kind.mjGEOM_SPHERE:
         return Ball(radius=size[0])
     if kind == Kind.mjGEOM_ELLIPSOID:
@@ -45,6 +45,50 @@ def shape_of(model, geom: int) -> Shape | None:
     return None
 
 
+def _ground(model, geom, size):
+    """A plane, checkered where its texture is."""
+    extent = (size[0], size[1]) if size[0] > 0.0 and size[1] > 0.0 else None
+    second = checker_of(model, geom)
+    if second is None:
+        return Ground(extent=extent)
+    material = model.geom_matid[geom]
+    # As MuJoCo draws it: so many squares per unit of length, or on half the plane.
+    repeat = max(float(model.mat_texrepeat[material, 0]), 1e-6)
+    tile = 1.0 / repeat if model.mat_texuniform[material] or extent is None else size[0] / repeat
+    return Ground(extent=extent, checker=tuple(second.tolist()), tile=tile)
+
+
+def texture_of(model, geom: int) -> np.ndarray | None:
+    """The flat colour texture (h, w, 3) of a geom, sRGB in 0..1; None where it has none."""
+    material = model.geom_matid[geom]
+    texture = model.mat_texid[material, mujoco.mjtTextureRole.mjTEXROLE_RGB] if material >= 0 else -1
+    if texture < 0 or model.tex_type[texture] != mujoco.mjtTexture.mjTEXTURE_2D or model.tex_nchannel[texture] < 3:
+        return None
+    shape = model.tex_height[texture], model.tex_width[texture], model.tex_nchannel[texture]
+    first = model.tex_adr[texture]
+    return model.tex_data[first : first + np.prod(shape)].reshape(shape)[:, :, :3] / 255.0
+
+
+def _quarters(picture):
+    """Mean colours (2, 2, 3) of the quarters of a picture."""
+    rows = np.array_split(picture, 2, axis=0)
+    return np.array([[quarter.mean(axis=(0, 1)) for quarter in np.array_split(row, 2, axis=1)] for row in rows])
+
+
+def checker_of(model, geom: int) -> np.ndarray | None:
+    """The second colour (3,), sRGB, of a geom whose texture is a checker; None of others.
+
+    It is that of the texture's first quarter: so the squares lie as MuJoCo has them.
+    """
+    picture = texture_of(model, geom)
+    if picture is None or min(picture.shape[:2]) < 2:
+        return None
+    quarters = _quarters(picture)
+    alike = np.abs(quarters - quarters[::-1, ::-1]).max()
+    apart = np.abs(quarters[0, 0] - quarters[0, 1]).max()
+    return quarters[0, 0] * color_of(model, geom)[:3] if apart > 4.0 * alike else None
+
+
 def _mesh(vertices, faces):
     """The mesh without faces that have no area."""
     corners = vertices[faces]
@@ -55,8 +99,15 @@ def _mesh(vertices, faces):
 
 
 def material_of(model, geom: int) -> Material:
-    """What a geom looks like: its colour and its material's gloss; opaque, whatever its opacity."""
-    color = tuple(color_of(model, geom)[:3].tolist())
+    """What a geom looks like: its colour and its material's gloss; opaque, whatever its opacity.
+
+    Of a texture it has the mean, or a checker's first colour; cube maps count as white.
+    """
+    color, picture = color_of(model, geom)[:3], texture_of(model, geom)
+    if picture is not None:
+        first = model.geom_type[geom] == Kind.mjGEOM_PLANE and checker_of(model, geom) is not None
+        color = color * (_quarters(picture)[0, 1] if first else picture.mean(axis=(0, 1)))
+    color = tuple(color.tolist())
     material = model.geom_matid[geom]
     if material < 0:
         return Material(color)

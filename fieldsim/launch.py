@@ -90,13 +90,15 @@ class _Loading:
 
     @contextlib.contextmanager
     def counted(self):
-        """Count the time of a block."""
-        self.started = time.perf_counter()
+        """Count the time of a block, of a block within a block once."""
+        outer = self.started
+        self.started = outer or time.perf_counter()
         try:
             yield
         finally:
-            self.seconds += time.perf_counter() - self.started
-            self.started = None
+            if outer is None:
+                self.seconds += time.perf_counter() - self.started
+            self.started = outer
 
 
 _loading = _Loading()

@@ -26,7 +26,7 @@ def build(skin: bool = True, push: float = 1.1, friction: float = 0.35) -> fs.Sc
         data.qpos[:7] = -0.3, -0.35, 1.2, 0.9, 0.4, 0.1, 0.2
         data.qvel[:6] = 0.12, push, 0, 2.5, 1.0, 0.5
 
-    camera = fs.Camera.orbit(look_at=(0, 0, 0.1), radius=3.9, height=1.6, period=90, phase=-1.5, fov=40)
+    camera = fs.Camera.orbit(look_at=(0, 0, 0.1), radius=3.5, height=1.5, period=90, phase=-1.5, fov=40)
     return fs.mujoco.Experiment(
         world,
         camera,

@@ -2,6 +2,7 @@
 
 import pathlib
 import re
+import time
 
 import imageio.v3 as imageio
 import mujoco
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 
 import fieldsim as fs
-from fieldsim import cli, scenario
+from fieldsim import cli, launch, scenario
 from fieldsim.mujoco.beside import Beside
 from fieldsim.mujoco.fall import hit_speed
 from fieldsim.mujoco.geoms import shape_of
@@ -262,6 +263,24 @@ def test_an_experiment_is_controlled_and_its_gravity_switched_off():
     assert given.opt.gravity[2] == -9.81
     with pytest.raises(fs.InputError, match="the model has its own gravity"):
         ball_experiment("0 0 -9.81").begin()
+
+
+def test_what_is_compiled_in_a_run_is_counted_once():
+    before, begun = launch.load_seconds(), time.perf_counter()
+    with launch.loading(), launch.loading():
+        assert launch.loading_for() > 0.0
+    assert 0.0 < launch.load_seconds() - before <= time.perf_counter() - begun
+    assert launch.loading_for() == 0.0
+
+
+def test_what_fails_under_way_leaves_no_callback():
+    def fail(model, data):
+        raise RuntimeError("no more")
+
+    run, _ = ball_experiment(control=fail).begin()
+    with pytest.raises(RuntimeError, match="no more"):
+        run.advance(0.1)
+    assert mujoco.get_mjcb_passive() is None
 
 
 def test_experiments_film_the_same_and_are_replayed(tmp_path):

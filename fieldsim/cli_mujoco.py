@@ -32,7 +32,7 @@ def _own_options():
             ["--keep-gravity"], is_flag=True, help="Keep the model's own gravity, which is switched off unless told."
         ),
         click.Option(
-            ["--beside"], is_flag=True, help="MuJoCo's own picture to the right, of the same size; needs OpenGL."
+            ["--beside"], is_flag=True, help="MuJoCo's own picture of the model alone to the right; needs OpenGL."
         ),
     ]
 

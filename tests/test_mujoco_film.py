@@ -16,6 +16,7 @@ from fieldsim.mujoco.fall import hit_speed
 from fieldsim.mujoco.geoms import shape_of
 from fieldsim.mujoco.models import model_of
 from fieldsim.mujoco.skins import medial
+from fieldsim.world.motion import pose_at
 
 SCENARIOS = pathlib.Path(__file__).parents[1] / "scenarios"
 HUMANOID = SCENARIOS / "humanoid.xml"
@@ -233,8 +234,8 @@ def ball_experiment(gravity="0 0 0", **options):
 def test_experiments_step_as_mujoco_does():
     experiment = ball_experiment(start=lambda model, data: data.qvel.__setitem__(1, 0.6))
     run, log = experiment.begin()
-    for time, steps in ((0.1, 20), (0.333, 67), (0.5, 100)):
-        run.advance(time)
+    for moment, steps in ((0.1, 20), (0.333, 67), (0.5, 100)):
+        run.advance(moment)
         log.record()
         assert run.steps_done == steps  # the step nearest to the time
     model = model_of(BALL.format(gravity="0 0 0"))
@@ -307,11 +308,12 @@ def test_experiments_film_the_same_and_are_replayed(tmp_path):
         assert np.mean(np.abs(one - other) > 2) < 1e-3
 
 
-def test_planets_that_move_are_followed():
-    spinning = fs.Body(DONUT, gravity=fs.Newtonian(), surface=CLAY, motion=fs.Spin(axis=(1, 0, 0), rate=2))
-    planet = fs.mujoco.planet_geom(spinning, kind="mesh", resolution=12)
+@pytest.mark.parametrize("motion", [fs.Spin(axis=(1, 0, 0), rate=2), fs.Pose((0, 0, 0.1))], ids=["moving", "still"])
+def test_planets_as_geoms_are_where_their_bodies_are(motion):
+    body = fs.Body(DONUT, gravity=fs.Newtonian(), surface=CLAY, motion=motion)
+    planet = fs.mujoco.planet_geom(body, kind="mesh", resolution=12)
     world = fs.World()
-    world.add_body(spinning)
+    world.add_body(body)
     model = (
         f'<mujoco><option gravity="0 0 0"/><asset>{planet.asset}</asset><worldbody>{planet.body}'
         '<body pos="0 0 2"><freejoint/><geom size=".1"/></body></worldbody></mujoco>'
@@ -320,8 +322,9 @@ def test_planets_that_move_are_followed():
     run.advance(0.5)
     assert len(run.snapshot().shapes) == 1
     # Its place is that before the last step.
-    expected = spinning.motion(0.5 - run.experiment.model.opt.timestep).matrix
-    np.testing.assert_allclose(run.data.body("planet").xmat.reshape(3, 3), expected, atol=1e-12)
+    expected = pose_at(motion, 0.5 - run.experiment.model.opt.timestep)
+    np.testing.assert_allclose(run.data.body("planet").xmat.reshape(3, 3), expected.matrix, atol=1e-12)
+    np.testing.assert_allclose(run.data.body("planet").xpos, expected.position, atol=1e-12)
 
 
 def test_motions_that_blow_up_are_told(tmp_path, monkeypatch, capfd):
@@ -373,8 +376,8 @@ def built(name, **options):
 
 def test_the_pendulum_keeps_its_energy():
     run, log = built("mujoco_cross_pendulum").begin()
-    for time in (0.5, 1.0, 1.5, 2.0):
-        run.advance(time)
+    for moment in (0.5, 1.0, 1.5, 2.0):
+        run.advance(moment)
         log.record()
     assert np.abs(run.data.qvel).max() > 0.5
     assert log.report().totals[0].largest < 1e-8
@@ -411,8 +414,8 @@ def test_some_of_the_rain_falls_through_the_hole_and_none_through_the_tube():
     run, log = built("mujoco_donut", boxes=8, capsules=8, links=4).begin()
     ring = run.experiment.world.bodies[0].surface_field()
     lowest = 0.0
-    for time in np.arange(0.25, 2.6, 0.25):
-        run.advance(time)
+    for moment in np.arange(0.25, 2.6, 0.25):
+        run.advance(moment)
         middles = run.data.geom_xpos
         lowest = min(lowest, middles[:, 2].min())
         # The thinnest are 0.07 thick and go in by a fifth of half of that: F where 0.028 is left of it.

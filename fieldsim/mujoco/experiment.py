@@ -104,7 +104,8 @@ class Run:
         model = experiment.model
         self.experiment, self._others = experiment, others
         self.data = mujoco.MjData(model)
-        follow(model, self.data, experiment.scene.planets)
+        self._moving = [planet for planet in experiment.scene.planets if planet.mocap]
+        follow(model, self.data, self._moving)
         if experiment.start:
             experiment.start(model, self.data)
         mujoco.mj_forward(model, self.data)
@@ -143,12 +144,11 @@ class Run:
 
     def _step(self, count):
         experiment, model, data = self.experiment, self.experiment.model, self.data
-        moving = [planet for planet in experiment.scene.planets if planet.mocap]
-        if not (moving or experiment.control):
+        if not (self._moving or experiment.control):
             mujoco.mj_step(model, data, count)
             return
         for _ in range(count):
-            follow(model, data, moving)
+            follow(model, data, self._moving)
             if experiment.control:
                 experiment.control(model, data)
             mujoco.mj_step(model, data)

@@ -1,5 +1,6 @@
 """A MuJoCo model in the picture: a world together with a model's geoms and skins."""
 
+import copy
 import dataclasses
 
 import numpy as np
@@ -40,7 +41,7 @@ class Scene:
         stood_for |= {g for g in range(self.model.ngeom) if self.model.geom(g).name in {p.name for p in self.planets}}
         shapes = {g: shape_of(self.model, g) for g in seen_geoms(self.model) if g not in stood_for}
         self.geoms = [geom for geom, shape in shapes.items() if shape is not None]
-        self.world = World(lights=world.lights, background=world.background, escape_radius=world.escape_radius)
+        self.world = copy.copy(world)
         self.world.bodies = [*world.bodies, *(body for skin in self.skins for body in skin.bodies)]
         self.world.particles, self.world.shapes = list(world.particles), list(world.shapes)
         if self.geoms:

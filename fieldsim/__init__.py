@@ -73,7 +73,7 @@ from fieldsim.world.motion import Keyframes, Pose, Spin, timeline
 from fieldsim.world.rig import Bone, Rig
 from fieldsim.world.rigid import Rigid
 from fieldsim.world.shapes import Ball, Box, Capsule, Cylinder, Ellipsoid, Ground, ShapeGroup, TriangleSurface
-from fieldsim.world.texture import Checker, Clouds, Marble, Texture, Wood
+from fieldsim.world.texture import Checker, Clouds, ImageTexture, Marble, SolidTexture, Texture, Wood
 from fieldsim.world.world import Snapshot, World
 
 __all__ = [
@@ -115,6 +115,7 @@ __all__ = [
     "Fog",
     "Gaussian",
     "Ground",
+    "ImageTexture",
     "InputError",
     "Integrator",
     "InverseSquare",
@@ -158,6 +159,7 @@ __all__ = [
     "Snapshot",
     "SofroniouSpaletta10",
     "SoftObject",
+    "SolidTexture",
     "Spin",
     "Splitting",
     "Status",

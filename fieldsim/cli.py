@@ -1,4 +1,4 @@
-"""The command line: `fieldsim run SCENARIO`, `fieldsim info`, and the same options for a script run by itself."""
+"""The command line: `fieldsim run SCENARIO`, `mujoco`, `compare`, `info`, and the options of a script run by itself."""
 
 import contextlib
 import os
@@ -10,10 +10,10 @@ import warnings
 import click
 
 from fieldsim import scenario as scenarios
-from fieldsim.cli_types import Device, Integrator, Positive, Size
-from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
-from fieldsim.render.layers import LAYERS
-from fieldsim.render.solids_skeleton import MODES
+from fieldsim.cli_compare import compare_command, compare_options
+from fieldsim.cli_film import film_command, film_options
+from fieldsim.cli_mujoco import model_command, model_options
+from fieldsim.errors import FieldsimError, FieldsimWarning
 
 OK, FAILURE, USAGE, INTERRUPTED = 0, 1, 2, 130
 
@@ -25,6 +25,15 @@ Examples:
   fieldsim run donut --pebbles 2000 --size 1280x720 --out big.mp4
   fieldsim run donut --out donut.png       only the last frame
   fieldsim run my_planet.py --help         the options of a script of your own
+"""
+
+
+MODELS = """
+\b
+Examples:
+  fieldsim mujoco humanoid.xml donut                    humanoid-donut.mp4, 640x360
+  fieldsim mujoco humanoid.xml cigar --skin             as one soft surface
+  fieldsim mujoco boxes.xml cross --speed 3 --friction 1 --out boxes.mp4
 """
 
 
@@ -93,196 +102,12 @@ def _stem_of(build):
     return pathlib.Path(build.__code__.co_filename).stem
 
 
-def _switch_debug(ctx, param, value):
-    if value:
-        os.environ["FIELDSIM_DEBUG"] = "1"
-
-
-def _film_options():
-    """The options that every film has."""
-    return [
-        click.Option(
-            ["--out"],
-            metavar="FILE",
-            help="Where to: .mp4, .gif, .png (last frame), folder/ or name_%04d.png; a plot: .png, .svg.",
-        ),
-        click.Option(["--size"], type=Size(), metavar="WxH", help="Pixels of a frame; 640x360 unless told."),
-        click.Option(["--fps"], type=Positive(), help="Frames per second; the scenario's unless told."),
-        click.Option(["--duration"], type=Positive(), help="Seconds of film; the scenario's unless told."),
-        click.Option(
-            ["--device"], type=Device(), metavar="cpu|cuda", default="cpu", help="Where to compute; cpu unless told."
-        ),
-        click.Option(["--quality"], type=click.Choice(["draft", "final"]), help="draft is faster; final unless told."),
-        click.Option(["--record"], metavar="RUN.npz", help="Keep the snapshots, to be drawn again or read with NumPy."),
-        click.Option(["--replay"], metavar="RUN.npz", help="Draw a recording of this scenario instead of simulating."),
-        click.Option(
-            ["--integrator"],
-            type=Integrator(),
-            metavar="NAME[:NUMBER]",
-            help="How things move: auto, radau, leapfrog:1e-3, blanesmoan6:0.05, ...; the scenario's unless told.",
-        ),
-        click.Option(["--energy-plot"], metavar="FILE", help="Draw how well energy is kept: .png, .svg or .pdf."),
-        click.Option(
-            ["--mode"],
-            type=click.Choice(MODES),
-            help="Bodies as soft surfaces, as hard shapes, or as lines; soft unless told.",
-        ),
-        click.Option(
-            ["--layer"],
-            type=click.Choice(LAYERS),
-            help="Not colours but depth, normals, weights of the bodies, or steps of the rays.",
-        ),
-        click.Option(["--preview"], is_flag=True, help="A quick look: half the width and height, draft, 10 frames/s."),
-        click.Option(
-            ["--debug"],
-            is_flag=True,
-            is_eager=True,
-            expose_value=False,
-            callback=_switch_debug,
-            help="Show Python's tracebacks.",
-        ),
-    ]
-
-
-def _scenario_option(parameter):
-    """The option of one of `build`'s own parameters."""
-    name = parameter.name.replace("_", "-")
-    required = parameter.required
-    shared = {"required": required, "help": parameter.help or None}
-    if not required and parameter.default is not None:
-        shared |= {"default": parameter.default, "show_default": True}
-    if parameter.kind is bool:
-        return click.Option([f"--{name}/--no-{name}", parameter.name], **shared)
-    kind = click.Choice(parameter.kind) if isinstance(parameter.kind, tuple) else parameter.kind
-    return click.Option([f"--{name}", parameter.name], type=kind, **shared)
-
-
-def film_command(build, name: str) -> click.Command:
-    """The command that films what `build` gives: the options of every film and those of its own parameters.
-
-    A parameter of `build` that is named like a film's option, such as `duration`, is given that option's value, where
-    it is told.
-    """
-    film = _film_options()
-    taken = {option.name for option in film}
-    own = scenarios.parameters(build)
-
-    def callback(**values):
-        told = {p.name: values[p.name] for p in own if p.name not in taken or values[p.name] is not None}
-        _film(build, name, told, {key: values[key] for key in taken if key in values})
-
-    return click.Command(
-        name,
-        callback=callback,
-        params=[_scenario_option(p) for p in own if p.name not in taken] + film,
-        help=scenarios.description(build),
-        context_settings={"max_content_width": 120},
-    )
-
-
-def _film(build, name, told, options):
-    """Check what the machine and the disk say about the request, build, film or draw, report."""
-    from fieldsim import filming, plots
-    from fieldsim.launch import device_named
-    from fieldsim.render.video import Film
-
-    out, energy_plot = options.pop("out"), options.pop("energy_plot")
-    with _usage():
-        if energy_plot:
-            plots.checked_path(energy_plot)
-        if out and pathlib.Path(out).suffix.lower() in plots.KINDS:
-            plots.checked_path(out)
-        else:
-            Film(out or "film.mp4", options["size"])
-    device_named(options["device"])
-    scenario = scenarios.call(build, told)
-    if isinstance(scenario, plots.Picture):
-        if energy_plot or options["integrator"]:
-            raise click.UsageError("the scenario is a picture: --integrator and --energy-plot are for films")
-        _draw(scenario, out or f"{name}.png", options["size"])
-        return
-    out = out or f"{name}{'-preview' if options['preview'] else ''}.mp4"
-    with _usage():
-        Film(out, options["size"])
-    with _progress(scenario.title or name) as watch:
-        report = filming.film(scenario, out, watch=watch, **options)
-    click.echo(str(report))
-    if energy_plot:
-        _draw_energy(report, energy_plot)
-
-
-def _draw_energy(report, path):
-    """Draw the log of a film's energy, or warn that there is none."""
-    from fieldsim import plots
-
-    if report.log is None or not report.log.history.times:
-        words = f"nothing is drawn to {path}: the film moves nothing whose energy is judged"
-        warnings.warn(words, FieldsimWarning, stacklevel=2)
-        return
-    plots.Picture(lambda size: plots.energy(report.log, size)).save(path)
-    click.echo(f"  {path}: how well energy was kept")
-
-
-@contextlib.contextmanager
-def _usage():
-    """Turn bad input into wrong usage."""
-    try:
-        yield
-    except InputError as error:
-        raise click.UsageError(str(error)) from None
-
-
-def _draw(picture, out, size):
-    """Draw a picture, with a sign of life on a terminal."""
-    from rich import console
-
-    from fieldsim import plots
-
-    with _usage():
-        plots.checked_path(out)
-    terminal = console.Console(stderr=True)
-    with terminal.status(f"drawing {picture.title or out}") if terminal.is_terminal else contextlib.nullcontext():
-        picture.save(out, size)
-    click.echo(str(out))
-
-
-@contextlib.contextmanager
-def _progress(title):
-    """A function (done, in all) that draws a bar with the time left on a terminal, and does nothing elsewhere."""
-    from rich import console, progress, table
-
-    from fieldsim import launch
-    from fieldsim.filming import COMPILING
-
-    class Doing(progress.ProgressColumn):
-        max_refresh = 0.5
-
-        def get_table_column(self):
-            return table.Column(no_wrap=True)
-
-        def render(self, task):
-            compiling = launch.loading_for() > 0.1 and launch.load_seconds() + launch.loading_for() > COMPILING
-            return progress.Text("compiling kernels (first run only)" if compiling else title)
-
-    terminal = console.Console(stderr=True)
-    columns = (
-        Doing(),
-        progress.BarColumn(bar_width=20),
-        progress.MofNCompleteColumn(),
-        progress.TextColumn("frames"),
-        progress.TimeElapsedColumn(),
-        progress.TextColumn("left"),
-        progress.TimeRemainingColumn(),
-    )
-    with progress.Progress(*columns, console=terminal, transient=True, disable=not terminal.is_terminal) as bar:
-        task = bar.add_task(title, total=None)
-        yield lambda done, count: bar.update(task, completed=done, total=count)
-
-
 class _Run(click.Group):
     """A group whose commands are the scenario scripts: those of the folder `scenarios`, and any by its path."""
 
-    options = staticmethod(_film_options)
+    # How many names stand before the options: of the scenario, and of what the group itself takes before it.
+    names = 1
+    options = staticmethod(film_options)
     command_of = staticmethod(film_command)
 
     def list_commands(self, ctx):
@@ -306,68 +131,33 @@ class _Run(click.Group):
     def parse_args(self, ctx, args):
         """Let the command's options stand before the scenario, too."""
         valued = {name for option in self.options() if not option.is_flag for name in option.opts}
-        place = 0
-        while place < len(args) and args[place].startswith("-") and args[place] != "--help":
-            place += 2 if args[place] in valued else 1
-        if place < len(args) and args[place] != "--help":
-            args = [args[place], *args[:place], *args[place + 1 :]]
+        for count in range(self.names if args else 0):
+            place = count
+            while place < len(args) and args[place].startswith("-") and args[place] != "--help":
+                place += 2 if args[place] in valued else 1
+            if place >= len(args):
+                missing = "a SCENARIO" if count == self.names - 1 else "MODEL.xml and a SCENARIO"
+                raise click.UsageError(f"name {missing} besides the options", ctx)
+            if args[place] == "--help":
+                args = ["--help"]
+                break
+            args = [*args[:count], args[place], *args[count:place], *args[place + 1 :]]
         return super().parse_args(ctx, args)
-
-
-def _compare_options():
-    """The options of a comparison."""
-    shared = [option for option in _film_options() if option.name in ("size", "device", "debug")]
-    return [
-        click.Option(["--solver"], multiple=True, metavar="NAME", help="Two of them; hermite and referee unless told."),
-        click.Option(["--time"], type=float, default=0.0, help="Moment of the scenario; its start unless told."),
-        click.Option(["--out"], metavar="FILE", help="The picture of differences, .png or .svg."),
-        *shared,
-    ]
-
-
-def _compare_command(build, name):
-    """The command that compares two solvers on a frame of what `build` gives."""
-    options = _compare_options()
-    taken = {option.name for option in options}
-    own = scenarios.parameters(build)
-
-    def callback(**values):
-        told = {p.name: values[p.name] for p in own if p.name not in taken}
-        _compare(build, name, told, {key: values[key] for key in taken if key in values})
-
-    params = [_scenario_option(p) for p in own if p.name not in taken] + options
-    return click.Command(name, callback=callback, params=params, help=scenarios.description(build))
-
-
-def _compare(build, name, told, options):
-    from fieldsim import comparing, plots
-    from fieldsim.launch import device_named
-    from fieldsim.render.solvers import solver_named
-
-    out = options["out"] or f"{name}-compare.png"
-    names = options["solver"] or ("hermite", "referee")
-    with _usage():
-        plots.checked_path(out)
-        for solver in names:
-            solver_named(solver)
-        if len(names) != 2:
-            raise InputError(f"--solver was given {len(names)} times; give it twice")
-    device_named(options["device"])
-    scenario = scenarios.call(build, told)
-    if isinstance(scenario, plots.Picture):
-        raise InputError(f"{name} draws a plot; there is nothing to compare")
-    result = comparing.compare(
-        scenario, names, time=options["time"], size=options["size"] or comparing.SIZE, device=options["device"]
-    )
-    plots.Picture(lambda _size: result.draw()).save(out)
-    click.echo(f"{out}\n{result}")
 
 
 class _Compare(_Run):
     """As `_Run`, for comparisons."""
 
-    options = staticmethod(_compare_options)
-    command_of = staticmethod(_compare_command)
+    options = staticmethod(compare_options)
+    command_of = staticmethod(compare_command)
+
+
+class _Mujoco(_Run):
+    """As `_Run`, for a MuJoCo model in a scenario."""
+
+    names = 2
+    options = staticmethod(model_options)
+    command_of = staticmethod(model_command)
 
 
 def _version(ctx, param, value):
@@ -401,6 +191,24 @@ def compare():
     """Render a scenario's frame with two solvers and show where they differ.
 
     `fieldsim compare cross --solver hermite --solver referee` writes cross-compare.png and prints figures.
+    """
+
+
+@cli.command(
+    "mujoco",
+    cls=_Mujoco,
+    short_help="Film a MuJoCo model in a scenario.",
+    subcommand_metavar="SCENARIO [OPTIONS]",
+    epilog=MODELS,
+)
+@click.argument("model", metavar="MODEL.xml")
+def mujoco(model):
+    """Film a MuJoCo model in the fields of a scenario.
+
+    MODEL.xml gives the bodies, the SCENARIO its planets, camera and lights. The planets pull the bodies and stop them
+    at their surfaces; the bodies collide with each other as MuJoCo does it, and all is in one ray-traced picture.
+
+    `fieldsim mujoco MODEL.xml SCENARIO --help` shows all options.
     """
 
 

@@ -6,9 +6,10 @@ import functools
 import time
 import warnings
 
+import numpy as np
+
 from fieldsim import launch
 from fieldsim.dynamics.energy_log import EnergyLog, EnergyReport
-from fieldsim.dynamics.simulation import Simulation
 from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
 from fieldsim.recording import Recorded, Recording
 from fieldsim.render.image import Renderer
@@ -46,7 +47,8 @@ class Clock:
 class Report:
     """What making a film took. Times in seconds of wall time.
 
-    energy, log: how well energy was kept; None in a world where the dynamics move nothing.
+    energy, log: how well energy was kept; None in a world where the dynamics move nothing. counted: what was done in
+    particle_steps; compiled: why it took what `compiling` says.
     """
 
     path: str
@@ -62,6 +64,8 @@ class Report:
     energy: EnergyReport | None = None
     log: EnergyLog | None = None
     integrator: str = ""
+    counted: str = "particle-steps"
+    compiled: str = "first run only"
 
     @property
     def compiling(self) -> float:
@@ -76,13 +80,13 @@ class Report:
         if self.particle_steps:
             bounces = f", {self.bounces} bounces" if self.bounces else ""
             steps = (
-                f"{_short(self.particle_steps / self.simulating.seconds)} particle-steps/s{bounces}, {self.integrator}"
+                f"{_short(self.particle_steps / self.simulating.seconds)} {self.counted}/s{bounces}, {self.integrator}"
             )
             lines.append(f"  simulating {self.simulating.seconds:6.1f} s  {steps}")
         rays = _short(self.rays / self.rendering.seconds)
         lines.append(f"  rendering  {self.rendering.seconds:6.1f} s  {rays} rays/s")
         if self.compiling > COMPILING:
-            lines.append(f"  compiling  {self.compiling:6.1f} s  first run only")
+            lines.append(f"  compiling  {self.compiling:6.1f} s  {self.compiled}")
         if self.energy is not None:
             lines.append(f"  {self.energy}")
         return "\n".join(lines)
@@ -115,6 +119,7 @@ def film(
     replay=None,
     mode: str | None = None,
     layer: str | None = None,
+    beside=None,
     watch=_unwatched,
 ) -> Report:
     """Film `scenario` into `out` (see `Film` for what its ending means) and say what it took.
@@ -126,6 +131,8 @@ def film(
     A camera's shutter takes more of them while it is open; a replay and a layer are sharp.
     record: path of a `Recording` to keep of the snapshots; replay: path of one to film instead of simulating, at its
     own times, with another camera or size, say.
+    beside: a function of the size that gives what else draws every frame: its `frame(snapshot, camera)` stands to the
+    right, and the film is twice as wide.
     watch: called with (frames done, frames in all) as the work goes on. A path that ends in .png gets the last frame.
     A simulation that fails under way ends the film: the frames so far are kept, and the FieldsimError says so.
     """
@@ -138,23 +145,25 @@ def film(
     size = size or (tuple(n // 2 for n in SIZE) if preview else SIZE)
     quality = quality or ("draft" if preview else "final")
     times = timeline(duration, fps) if recorded is None else recorded.times[recorded.times < duration].tolist()
-    world = scenario.world
+    world = scenario.shown
     if not world.particles and not world.shapes and all(body.surface is None for body in world.bodies):
         words = "nothing to see: no body has a surface, and there are no particles; give a body a surface=fs.Material()"
         warnings.warn(words, FieldsimWarning, stacklevel=2)
     begun = time.perf_counter()
     with contextlib.ExitStack() as stack:
-        target = stack.enter_context(Film(out, size, fps))
+        width, height = size
+        target = stack.enter_context(Film(out, (2 * width, height) if beside else size, fps))
         if target.still:
             times = times[-1:]
         report = Report(target.path, target.size, len(times))
-        renderer = Renderer(target.size, quality, device, mode=mode or "soft")
+        renderer = Renderer(size, quality, device, mode=mode or "soft")
         pictures = LayerPictures(renderer, layer) if layer else renderer
+        other = beside(size) if beside else None
         failures = []
         exposures = 1 if layer or recorded else _exposures(scenario.camera, times, fps, renderer)
         moments = _snapshots(scenario, _exposed(scenario.camera, times, exposures), device, report)
         if recorded:
-            moments = map(functools.partial(recorded.at, world=scenario.world), times)
+            moments = map(functools.partial(recorded.at, world=scenario.shown), times)
         frames = zip(*[iter(moments)] * exposures, strict=False)
         if record:
             frames = _kept(frames, stack.enter_context(Recording(record)))
@@ -162,6 +171,8 @@ def film(
             watch(done, len(times))
             with report.rendering.running():
                 image = pictures.frame(snapshots if exposures > 1 else snapshots[0], scenario.camera)
+                if other:
+                    image = np.hstack([image, other.frame(snapshots[0], scenario.camera)])
             with report.writing.running():
                 target.write(image)
         if failures and not target.frames:
@@ -214,14 +225,14 @@ def _until_failure(frames, failures):
 
 def _snapshots(scenario, times, device, report):
     """The scenario's moments at `times`, and their part of the report."""
-    world = scenario.world
-    some = any(len(particles) for particles in world.particles)
-    if not some and not any(body.free for body in world.bodies):
-        yield from map(world.at, times)
-        return
     with report.simulating.running():
-        simulation = Simulation(world, scenario.integrator, device=device)
-        report.log = log = EnergyLog(simulation)
+        simulation, log = scenario.begin(device)
+    if simulation is None:
+        yield from map(scenario.shown.at, times)
+        return
+    report.log = log
+    for name in ("counted", "compiled"):
+        setattr(report, name, getattr(simulation, name, getattr(report, name)))
     report.integrator = str(simulation.choice or simulation.integrator)
     for moment in times:
         with report.simulating.running():

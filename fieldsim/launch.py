@@ -5,6 +5,7 @@ Kernels written for `launch` take the index of their first item as their first a
 """
 
 import concurrent.futures
+import contextlib
 import ctypes
 import functools
 import os
@@ -82,17 +83,30 @@ class _Loading:
         key = kernel.module, device.alias
         if key in self.modules:
             return
-        self.started = time.perf_counter()
-        try:
+        with self.counted():
             # Warp launches CPU kernels with blocks of 1; loaded for any other size they would be compiled twice.
             kernel.module.load(device, block_dim=None if device.is_cuda else 1)
-        finally:
-            self.seconds += time.perf_counter() - self.started
-            self.started = None
         self.modules.add(key)
+
+    @contextlib.contextmanager
+    def counted(self):
+        """Count the time of a block, of a block within a block once."""
+        outer = self.started
+        self.started = outer or time.perf_counter()
+        try:
+            yield
+        finally:
+            if outer is None:
+                self.seconds += time.perf_counter() - self.started
+            self.started = outer
 
 
 _loading = _Loading()
+
+
+def loading():
+    """A context: what happens within counts as loading, as code does that other compilers compile."""
+    return _loading.counted()
 
 
 def load_seconds() -> float:

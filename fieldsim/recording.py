@@ -1,8 +1,9 @@
 """Recordings: a run's snapshots in one file, to be drawn again, later, elsewhere, or read with NumPy.
 
 A recording is a `.npz` file: entry `time/000012` is snapshot 12's time, `poses/000012` (B, 7) the positions and
-quaternions (w, x, y, z) of the bodies, `positions/0/000012` and `velocities/0/000012` (N, 3) those of set 0 of the
-particles. Snapshots are written as they come, so that a run that fails leaves what it had.
+quaternions (w, x, y, z) of the bodies, `shapes/0/000012` (N, 7) those of group 0 of the hard shapes, where a run moves
+them, `positions/0/000012` and `velocities/0/000012` (N, 3) those of set 0 of the particles. Snapshots are written as
+they come, so that a run that fails leaves what it had.
 """
 
 import os
@@ -13,6 +14,7 @@ import zipfile
 import numpy as np
 
 from fieldsim.errors import InputError
+from fieldsim.world import quaternion
 from fieldsim.world.motion import Pose
 from fieldsim.world.world import Snapshot, World
 
@@ -50,6 +52,9 @@ class Recording:
         for name in ("positions", "velocities"):
             for index, array in enumerate(getattr(snapshot, name)):
                 self._write(f"{name}/{index}", array)
+        for index, (positions, rotations) in enumerate(snapshot.shape_poses or ()):
+            turns = rotations if np.ndim(rotations) == 2 else list(map(quaternion.of_matrix, rotations))
+            self._write(f"shapes/{index}", np.hstack([positions, turns]))
         self.count += 1
 
     def _write(self, name, array):
@@ -95,7 +100,13 @@ class Recorded:
                 "give the world that was recorded, with the same parameters"
             )
         placed = tuple(Pose(tuple(row[:3]), tuple(row[3:])) for row in poses)
-        return Snapshot(world, float(self.times[index]), placed, *sets)
+        return Snapshot(world, float(self.times[index]), placed, *sets, self._shapes(index, world))
+
+    def _shapes(self, index, world):
+        """Positions and quaternions of the groups of shapes, None where their motions say."""
+        names = (f"shapes/{number}/{index:06d}" for number in range(len(world.shapes)))
+        found = [self._arrays[name] for name in names if name in self._arrays]
+        return tuple((rows[:, :3], rows[:, 3:]) for rows in found) or None
 
     def _sets(self, name, index, world):
         arrays = []

@@ -16,7 +16,9 @@ import typing
 
 from fieldsim import validate
 from fieldsim.dynamics.auto import integrator_of
+from fieldsim.dynamics.energy_log import EnergyLog
 from fieldsim.dynamics.integrators import Integrator
+from fieldsim.dynamics.simulation import Simulation
 from fieldsim.errors import FieldsimError, InputError, ScenarioError
 from fieldsim.plots import Picture
 from fieldsim.render.camera import Camera
@@ -49,6 +51,21 @@ class Scenario:
         object.__setattr__(self, "integrator", integrator_of("Scenario", self.integrator))
         for name in ("duration", "fps"):
             object.__setattr__(self, name, validate.number("Scenario", name, getattr(self, name), above=0.0))
+
+    @property
+    def shown(self) -> World:
+        """The world that its snapshots are of."""
+        return self.world
+
+    def begin(self, device: str | None = None):
+        """A run from the start, with `advance(time)` and `snapshot()`, and the log of its energy.
+
+        None and None where nothing is moved by forces: `shown.at(time)` then knows every moment.
+        """
+        if not any(map(len, self.world.particles)) and not any(body.free for body in self.world.bodies):
+            return None, None
+        simulation = Simulation(self.world, self.integrator, device=device)
+        return simulation, EnergyLog(simulation)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -197,6 +197,18 @@ def test_the_lander_can_be_landed_and_lost():
     assert all(end[4] for end in ends[1:])
 
 
+def test_the_landers_pictures():
+    gymnasium = pytest.importorskip("gymnasium")
+    env = gymnasium.make("fieldsim.mujoco.lander:FieldSim/DonutLander-v0", render_mode="rgb_array")
+    env.reset(seed=1)
+    first = env.render()
+    assert first.shape == (240, 320, 3)
+    for _ in range(8):
+        env.step(np.zeros(4))
+    assert np.abs(env.render().astype(int) - first).max() > 50
+    assert env.unwrapped.__class__().render() is None
+
+
 def test_the_lander_needs_gymnasium():
     script = (
         "import sys; sys.modules['gymnasium'] = None\n"

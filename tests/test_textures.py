@@ -8,6 +8,7 @@ from fieldsim.errors import InputError
 from fieldsim.launch import launch
 from fieldsim.render.textures import blend_at
 from fieldsim.world.color import color_rgb
+from fieldsim.world.material import Material
 from fieldsim.world.texture import Checker, Clouds, Marble, Wood
 
 
@@ -80,11 +81,19 @@ def test_rows_hold_the_other_colour():
         (lambda: Marble(scale=0.0), "Marble: scale is 0"),
         (lambda: Marble(turbulence=-1.0), "Marble: turbulence is -1"),
         (lambda: Clouds(seed=1.5), "Clouds: seed is 1.5"),
+        (lambda: Material("mable"), "Material: unknown color 'mable'; did you mean 'marble'"),
+        (lambda: Material("terracota"), "Material: unknown color 'terracota'; did you mean 'terracotta'"),
+        (lambda: Material("xq"), "give a CSS name, '#rrggbb' or .*, 'checker', 'clouds', 'marble', 'wood'"),
     ],
 )
 def test_bad_textures_are_refused(make, words):
     with pytest.raises(InputError, match=words):
         make()
+
+
+def test_names_stand_for_textures():
+    assert Material("Marble") == Material(Marble())
+    assert Material(lambda t: "wood").at(1.0).color == Wood()
 
 
 def test_textures_turn_with_their_bodies_and_melt_with_them():

@@ -6,6 +6,7 @@
 Needs the extra `gym`: pip install fieldsim[gym].
 """
 
+import functools
 import math
 
 import mujoco
@@ -14,10 +15,15 @@ import numpy as np
 from fieldsim.errors import InputError
 from fieldsim.mujoco.balls import Contact
 from fieldsim.mujoco.forces import FieldForces
+from fieldsim.mujoco.scene import Scene
 from fieldsim.potentials.circle import Circle
 from fieldsim.potentials.kernels import Newtonian
+from fieldsim.render.camera import Camera
+from fieldsim.render.image import Renderer
 from fieldsim.world.body import Body
+from fieldsim.world.light import Background
 from fieldsim.world.material import Material
+from fieldsim.world.world import World
 
 try:
     import gymnasium
@@ -40,7 +46,7 @@ MODEL = """
   <worldbody>
     <body name="lander" pos="0 0 2">
       <freejoint/>
-      <geom type="ellipsoid" size="0.06 0.06 0.04" mass="1"/>
+      <geom type="ellipsoid" size="0.06 0.06 0.04" mass="1" rgba="0.95 0.8 0.35 1"/>
       <site name="engine"/>
     </body>
   </worldbody>
@@ -59,6 +65,7 @@ FUEL = 6.0
 # Touching down faster than this is a crash; slower than the second for so many turns is a landing.
 CRASH, REST, PATIENCE = 0.6, 0.05, 10
 FAR = 4.0
+VIEW = Camera((2.7, -3.9, 2.6), fov=44.0)
 LAW = Contact(speed=1.0, depth=0.1, damping=1.5, friction=0.8)
 # What observations stay within, in their order.
 BOUNDS = np.repeat([10.0, 10.0, 1.0, 1.0, 1000.0, 100.0, 10.0, 1.0], [3, 3, 3, 3, 3, 3, 1, 1])
@@ -69,16 +76,17 @@ class DonutLander(gymnasium.Env):
 
     Action (4,) in -1..1: thrust along the lander's z axis (-1: none, 1: full), torques about its axes. Observation
     (20,): position, velocity, the lander's x and z axes, angular velocity, gravity at the lander (each 3, world frame),
-        height over the surface, fuel left in 0..1. Reward: what is gained in height, speed and uprightness, fuel spent
+    height over the surface, fuel left in 0..1. Reward: what is gained in height, speed and uprightness, fuel spent
     against it, 100 for a landing, -100 for a crash or for getting lost. A turn is 0.04 units of time.
+    render_mode: "rgb_array" for ray-traced pictures, or None.
     """
 
-    metadata = {"render_modes": [], "render_fps": 25}  # noqa: RUF012 - gymnasium wants a plain dict
+    metadata = {"render_modes": ["rgb_array"], "render_fps": 25}  # noqa: RUF012 - gymnasium wants a plain dict
 
     def __init__(self, render_mode=None):
-        if render_mode is not None:
-            raise InputError(f"DonutLander: render_mode is {render_mode!r}, and there is none; give None")
-        self.render_mode = None
+        if render_mode not in (None, "rgb_array"):
+            raise InputError(f"DonutLander: render_mode is {render_mode!r}; give 'rgb_array', or None for no pictures")
+        self.render_mode = render_mode
         self.model = mujoco.MjModel.from_xml_string(MODEL)
         self.data = mujoco.MjData(self.model)
         self.forces = FieldForces(self.model, self.data, PLANET, contact=LAW)
@@ -123,6 +131,20 @@ class DonutLander(gymnasium.Env):
         crashed = touching and max(speed, now) > CRASH
         reward += 100.0 * landed - 100.0 * (crashed or lost)
         return observation, float(reward), bool(landed or crashed or lost), False, self._told(landed, crashed, lost)
+
+    def render(self):
+        """The picture of this moment, (240, 320, 3) uint8, ray traced; None where no render_mode was told."""
+        if self.render_mode is None:
+            return None
+        mujoco.mj_kinematics(self.model, self.data)
+        scene, renderer = self._picture
+        return renderer.frame(scene.snapshot(self.data), VIEW)
+
+    @functools.cached_property
+    def _picture(self):
+        world = World(background=Background(stars=0.1))
+        world.add_body(PLANET)
+        return Scene(world, self.model), Renderer((320, 240), "draft")
 
     def _observed(self):
         mujoco.mj_kinematics(self.model, self.data)

@@ -54,7 +54,7 @@ class Scene:
     """Elements relative to the eye; see `bounds.Bounded`.
 
     exact: the rows in float64; tolerance: of the field, relative to its level.
-    materials (M, 15): linear rgb, ambient, diffuse, specular, shininess, unused, and a texture's row (`Texture.row`).
+    materials (M, ...), texels: see `materials`; pixel: angular size of a pixel.
     optics (M,): shares of light reflected and transmitted, index of refraction, 0; visible (N,): bits of the rays that
     meet an element. turns, shifts (M,): x -> turn x + shift takes a point to the frame of the material's body, in the
     world's units.
@@ -77,6 +77,8 @@ class Scene:
     visible: wp.array(dtype=int)
     turns: wp.array(dtype=wp.mat33)
     shifts: wp.array(dtype=wp.vec3)
+    texels: wp.array(dtype=wp.vec3)
+    pixel: float
     work: wp.array(dtype=int)
 
 

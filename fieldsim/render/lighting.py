@@ -72,7 +72,7 @@ def shade_kernel(kinds_used, in_scratch=False):
                 f_j, _x, _y, _z = element(p[0], p[1], p[2], scene.rows, scene.kinds, j)
                 optics = scene.optics[scene.owner[j]]
                 f += f_j
-                light += f_j * (1.0 - optics[0]) * optics[1] * color_at(scene, scene.owner[j], p)
+                light += f_j * (1.0 - optics[0]) * optics[1] * color_at(scene, scene.owner[j], j, p)
         return light / wp.max(f, 1.0e-30)
 
     @wp.func

@@ -10,6 +10,7 @@ from fieldsim.potentials import cells
 from fieldsim.render import hermite
 from fieldsim.render.candidates import TILE, Candidates, View, direction, exact_direction
 from fieldsim.render.hits import BALLS, Balls, Hits, origin_of
+from fieldsim.render.materials import factors
 from fieldsim.render.textures import color_at
 from fieldsim.render.volumes import pierce, pierce_sphere
 
@@ -121,10 +122,8 @@ def recorder(kinds_used, layered=False, polish=0.01):
                     share = float(f_j)
                     if step == 0:
                         weigh(hits, i, m, share)
-                    color += share * color_at(scene, m, here)
-                    light += share * wp.vec4(
-                        scene.materials[m, 3], scene.materials[m, 4], scene.materials[m, 5], scene.materials[m, 6]
-                    )
+                    color += share * color_at(scene, m, j, here)
+                    light += share * factors(scene.materials, m)
                     optics += share * scene.optics[m]
                     if f_j > most:
                         most = f_j

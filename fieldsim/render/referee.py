@@ -23,8 +23,10 @@ from fieldsim.potentials.distances import DISTANCES
 from fieldsim.potentials.plane import Plane
 from fieldsim.potentials.segment import Segment
 from fieldsim.potentials.triangle import Triangle
-from fieldsim.render import safe_steps
-from fieldsim.render.hits import Hits
+from fieldsim.render import hermite, safe_steps
+from fieldsim.render.hits import Hits, origin_of
+from fieldsim.render.materials import factors
+from fieldsim.render.textures import color_at
 
 TOLERANCE = wp.constant(wp.float64(1e-12))  # of the level
 NOTHING = wp.constant(wp.float64(1e-18))  # of the level: an element that gives less after the longest step is left out
@@ -150,14 +152,10 @@ def march_kernel(kinds_used):
 
 @wp.struct
 class _Scene:
-    """Elements in the world's frame, in float64, with their materials; see `hermite.Scene`."""
+    """Elements in the world's frame, in float64; see `hermite.Scene`."""
 
     rows: wp.array2d(dtype=wp.float64)
     kinds: wp.array(dtype=int)
-    owner: wp.array(dtype=int)
-    width: wp.array(dtype=float)
-    materials: wp.array2d(dtype=float)
-    optics: wp.array(dtype=wp.vec4)
 
 
 @functools.cache
@@ -169,6 +167,7 @@ def describe_kernel(kinds_used):
     def describe(
         start: int,
         scene: _Scene,
+        seen: hermite.Scene,
         points: wp.array(dtype=wp.vec3d),
         depths: wp.array(dtype=float),
         normals: wp.array(dtype=wp.vec3),
@@ -178,6 +177,7 @@ def describe_kernel(kinds_used):
         n = start + wp.tid()
         i = which[n]
         p = points[n]
+        here = origin_of(i, hits) + depths[n] * hits.direction[i]
         f = wp.float64(0.0)
         color = wp.vec3(0.0, 0.0, 0.0)
         light = wp.vec4(0.0, 0.0, 0.0, 0.0)
@@ -185,18 +185,16 @@ def describe_kernel(kinds_used):
         most = wp.float64(-1.0)
         for k in range(scene.kinds.shape[0]):
             f_k, _x, _y, _z = element(p[0], p[1], p[2], scene.rows, scene.kinds, k)
-            m = scene.owner[k]
+            m = seen.owner[k]
             weight = float(f_k)
             f += f_k
-            color += weight * wp.vec3(scene.materials[m, 0], scene.materials[m, 1], scene.materials[m, 2])
-            light += weight * wp.vec4(
-                scene.materials[m, 3], scene.materials[m, 4], scene.materials[m, 5], scene.materials[m, 6]
-            )
-            optics += weight * scene.optics[m]
+            color += weight * color_at(seen, m, k, here)
+            light += weight * factors(seen.materials, m)
+            optics += weight * seen.optics[m]
             if f_k > most:
                 most = f_k
                 hits.thing[i] = m
-                hits.lift[i] = 2.0e-3 * scene.width[k]
+                hits.lift[i] = 2.0e-3 * seen.width[k]
         hits.depth[i] = depths[n]
         hits.normal[i] = normals[n]
         hits.color[i] = color / float(f)
@@ -264,18 +262,11 @@ class Referee:
         """Write hits of the samples `which` (K,): depths in the stage's units, normals and world points (K, 3)."""
         scene = _Scene()
         scene.rows, scene.kinds = self.rows, self.elements
-        given = stage.scene
-        scene.owner, scene.width, scene.materials, scene.optics = (
-            given.owner,
-            given.width,
-            given.materials,
-            given.optics,
-        )
         arrays = [
             wp.array(values, dtype=dtype, device=self.device)
             for values, dtype in ((points, wp.vec3d), (depths, float), (normals, wp.vec3), (which, int))
         ]
-        launch(describe_kernel(self.kinds), len(which), [scene, *arrays, hits], device=self.device)
+        launch(describe_kernel(self.kinds), len(which), [scene, stage.scene, *arrays, hits], device=self.device)
 
 
 def _ball(elements, rows):

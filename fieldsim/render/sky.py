@@ -1,21 +1,29 @@
-"""What rays that hit nothing see: a vertical gradient and stars. Its colour also fills the shadows."""
+"""What rays that hit nothing see: a vertical gradient and stars, or a picture. Its colour also fills the shadows."""
 
 # ruff: noqa: UP018, RUF046 - float(0.0) and int(0) make variables that Warp lets a loop change
+
+import math
 
 import numpy as np
 import warp as wp
 
+from fieldsim.render.pictures import looked_up, uploaded
 from fieldsim.world.color import color_rgb
 
 AMBIENT = 0.55  # share of the sky's colour that fills shadows
 FILL = 0.045  # and of a neutral light, so that black skies leave shapes visible
 
+_TAU = wp.constant(math.tau)
 _CELLS = wp.constant(48.0)  # grid cells of stars along a side of the sky's cube
 
 
 @wp.struct
 class Sky:
-    """Linear colours straight up and straight down; share of the grid's cells with a star; radius of a star [rad]."""
+    """Linear colours straight up and straight down; share of the grid's cells with a star; radius of a star [rad].
+
+    texels, width, height: a picture instead, of width 0 for none; turn: of the picture, in full turns; covered: texels
+    of a side that a pixel covers; intensity: factor on all but what is ambient.
+    """
 
     top: wp.vec3
     bottom: wp.vec3
@@ -23,6 +31,12 @@ class Sky:
     ambient_bottom: wp.vec3
     stars: float
     star_radius: float
+    texels: wp.array(dtype=wp.vec3)
+    width: int
+    height: int
+    turn: float
+    covered: float
+    intensity: float
 
 
 @wp.func
@@ -64,20 +78,33 @@ def _star(d: wp.vec3, sky: Sky):
 @wp.func
 def background(d: wp.vec3, sky: Sky):
     """Linear colour of the sky in direction d."""
+    if sky.width > 0:
+        # From within, longitudes run to the left.
+        u = 0.5 + sky.turn - wp.atan2(d[1], d[0]) / _TAU
+        v = 2.0 * wp.atan2(wp.sqrt(d[0] * d[0] + d[1] * d[1]), d[2]) / _TAU
+        ends = wp.vec2(0.0, 1.0)
+        return sky.intensity * looked_up(sky.texels, 0, sky.width, sky.height, wp.vec2(u, v), ends, sky.covered)
     u = 0.5 + 0.5 * d[2]
     color = sky.bottom + u * (sky.top - sky.bottom)
     if sky.stars > 0.0:
         color += _star(d, sky) * wp.vec3(0.95, 0.97, 1.0)
-    return color
+    return sky.intensity * color
 
 
-def sky_of(background, pixel) -> Sky:
-    """The sky of a `Background`; pixel: angular size of a pixel."""
+def sky_of(background, pixel, device) -> Sky:
+    """The sky of a `Background` on a device; pixel: angular size of a pixel."""
     sky = Sky()
     top, bottom = (np.array(color_rgb("Background", c)) for c in (background.top, background.bottom))
     sky.top, sky.bottom = wp.vec3(*top), wp.vec3(*bottom)
-    sky.ambient_top = wp.vec3(*(AMBIENT * top + FILL))
-    sky.ambient_bottom = wp.vec3(*(AMBIENT * bottom + 0.4 * FILL))
+    sky.ambient_top = wp.vec3(*(AMBIENT * background.rgb_above + FILL))
+    sky.ambient_bottom = wp.vec3(*(AMBIENT * background.rgb_below + 0.4 * FILL))
     sky.stars = float(background.stars)
     sky.star_radius = max(0.75 * pixel, 7e-4)
+    sky.intensity = background.intensity
+    pictures = [] if background.pixels is None else [background.pixels]
+    sky.texels, _firsts = uploaded(pictures, device)
+    for picture in pictures:
+        sky.height, sky.width = picture.linear.shape[:2]
+        sky.turn = background.turn / math.tau
+        sky.covered = pixel * sky.width / math.tau
     return sky

@@ -12,10 +12,15 @@ import numpy as np
 import warp as wp
 
 from fieldsim.launch import launch
+from fieldsim.render import materials
 from fieldsim.render import solids_shapes as geometry
 from fieldsim.render.gather import CAMERA, SHADOW
 from fieldsim.render.hermite import FOREVER
 from fieldsim.render.hits import SOLIDS, Hits, Lights, above, origin_of
+from fieldsim.render.materials import RGB, factors, triple
+from fieldsim.render.solids_extents import boxes, smallest
+from fieldsim.render.solids_textures import checkered, on_shape
+from fieldsim.render.textures import beneath, carved, is_picture, pictured
 from fieldsim.render.volumes import pierce_sphere
 from fieldsim.world import shapes
 
@@ -42,8 +47,10 @@ class Shapes:
     """Hard shapes relative to the eye, those with an end first.
 
     origin; turn: rotation into the shape's own frame; sizes: see `world.shapes`; size: its smallest length; mesh: id of
-    a wp.Mesh; label: number in the snapshot; color, checker: linear; light, optics: as in `Hits`; visible: bits of the
-    rays that meet it; bounded: how many have an end; tree: a wp.Bvh of those.
+    a wp.Mesh; label: number in the snapshot; owner: number of its material; checker: linear; optics: as in `Hits`;
+    visible: bits of the rays that meet it; bounded: how many have an end; tree: a wp.Bvh of those; materials, texels:
+    see `materials`; unit: a length in the world's units; stuff_turn, stuff_shift: x -> turn x + shift takes a point
+    from the shape's own frame to its solid texture's, in the world's units.
     """
 
     kind: wp.array(dtype=int)
@@ -54,13 +61,17 @@ class Shapes:
     mesh: wp.array(dtype=wp.uint64)
     smooth: wp.array(dtype=int)
     label: wp.array(dtype=int)
-    color: wp.array(dtype=wp.vec3)
+    owner: wp.array(dtype=int)
     checker: wp.array(dtype=wp.vec3)
-    light: wp.array(dtype=wp.vec4)
     optics: wp.array(dtype=wp.vec4)
     visible: wp.array(dtype=int)
     bounded: int
     tree: wp.uint64
+    materials: wp.array2d(dtype=float)
+    texels: wp.array(dtype=wp.vec3)
+    unit: float
+    stuff_turn: wp.array(dtype=wp.mat33)
+    stuff_shift: wp.array(dtype=wp.vec3)
 
 
 @wp.func
@@ -140,7 +151,7 @@ def _tint(o: wp.vec3, d: wp.vec3, far: float, shapes: Shapes, i: int):
     if (shapes.visible[i] & SHADOW) == 0 or crossing(o, d, far, shapes, i) >= far:
         return wp.vec3(1.0, 1.0, 1.0)
     optics = shapes.optics[i]
-    return (1.0 - optics[0]) * optics[1] * shapes.color[i]
+    return (1.0 - optics[0]) * optics[1] * triple(shapes.materials, shapes.owner[i], RGB)
 
 
 @wp.func
@@ -193,27 +204,24 @@ def normal_at(o: wp.vec3, d: wp.vec3, t: float, shapes: Shapes, i: int):
 
 
 @wp.func
-def _stripes(x: float, w: float):
-    """Mean over x - w/2..x + w/2 of the square wave that is 1 on 0..1, -1 on 1..2."""
-    # Narrower than this, the difference below would be rounding.
-    w = wp.max(w, 1.0e-3 + 1.0e-5 * wp.abs(x))
-    low = 0.5 * (x - 0.5 * w)
-    high = 0.5 * (x + 0.5 * w)
-    a = 0.5 - wp.abs(low - wp.floor(low) - 0.5)
-    b = 0.5 - wp.abs(high - wp.floor(high) - 0.5)
-    return 2.0 * (b - a) / w
-
-
-@wp.func
-def checkered(p: wp.vec3, e: wp.vec3, t: float, pixel: float, tile: float):
-    """Share of the first of two colours of a checker, 0 to 1, averaged over what a pixel covers of the plane z = 0."""
-    across = t * pixel
-    slant = wp.max(wp.abs(e[2]), 1.0e-3)
-    # The pixel is drawn out along the view's direction in the plane.
-    flat = wp.max(wp.sqrt(e[0] * e[0] + e[1] * e[1]), 1.0e-6)
-    wx = wp.length(wp.vec2(e[0] / flat / slant, e[1] / flat)) * across / tile
-    wy = wp.length(wp.vec2(e[1] / flat / slant, e[0] / flat)) * across / tile
-    return 0.5 + 0.5 * _stripes(p[0] / tile, wx) * _stripes(p[1] / tile, wy)
+def color_of(p: wp.vec3, n: wp.vec3, e: wp.vec3, across: float, shapes: Shapes, i: int):
+    """Colour of shape i at p in its own frame, where its normal is n, a ray along e sees it and a pixel is so wide."""
+    m = shapes.owner[i]
+    if is_picture(shapes.materials, m):
+        # Lengths in the world's units; the sizes of a tube hold an angle.
+        s = shapes.unit * shapes.sizes[i]
+        if shapes.kind[i] == _TUBE:
+            s[2] = shapes.sizes[i][2]
+        spot, ends = on_shape(shapes.kind[i], shapes.unit * p, n, s)
+        slant = wp.sqrt(wp.max(wp.abs(wp.dot(n, e)), 1.0e-3))
+        return pictured(shapes.materials, shapes.texels, m, spot, ends, shapes.unit * across / slant)
+    if shapes.kind[i] == _SLAB and shapes.sizes[i][0] == 0.0:
+        # A plane looks the same from both sides.
+        p = wp.vec3(p[0], p[1], 0.0)
+        n = wp.vec3(0.0, 0.0, 1.0)
+    # From a little beneath: on its faces themselves rounding would mottle a checker.
+    p = shapes.unit * p - beneath(shapes.materials, m) * n
+    return carved(shapes.materials, m, shapes.stuff_turn[i] * p + shapes.stuff_shift[i])
 
 
 @wp.func
@@ -222,7 +230,8 @@ def _describe(i: int, t: float, which: int, d: wp.vec3, pixel: float, shapes: Sh
     n, flat, p = normal_at(origin_of(i, hits), d, t, shapes, which)
     e = shapes.turn[which] * d
     kind = shapes.kind[which]
-    color = shapes.color[which]
+    m = shapes.owner[which]
+    color = color_of(p, flat, e, t * pixel, shapes, which)
     tile = shapes.sizes[which][3]
     if kind == _SLAB and tile > 0.0:
         share = checkered(p, e, t, pixel, tile)
@@ -235,7 +244,7 @@ def _describe(i: int, t: float, which: int, d: wp.vec3, pixel: float, shapes: Sh
     hits.thing[i] = SOLIDS + shapes.label[which]
     hits.normal[i] = wp.transpose(shapes.turn[which]) * n
     hits.color[i] = color
-    hits.light[i] = shapes.light[which]
+    hits.light[i] = factors(shapes.materials, m)
     hits.lift[i] = _LIFT * shapes.size[which] + _ROUNDING * t
     thin = kind == _SLAB and shapes.sizes[which][0] == 0.0
     if hits.optics.shape[0] > 0:
@@ -297,6 +306,10 @@ class SolidStage:
         sizes[tubes, 2] = solids.sizes[order][tubes, 2]
         origins = (solids.origins[order] - eye) / unit
         self.shapes = self._uploaded(solids, order, origins, sizes)
+        self.shapes.unit = unit
+        turns, shifts = _stuff(solids)
+        self.shapes.stuff_turn = wp.array(turns[order], dtype=wp.mat33, device=device)
+        self.shapes.stuff_shift = wp.array(shifts[order], dtype=wp.vec3, device=device)
         low, high = boxes(solids, order[: self.bounded], sizes)
         self._tree = None
         self.shapes.tree = wp.uint64(0)
@@ -321,64 +334,36 @@ class SolidStage:
     def _uploaded(self, solids, order, origins, sizes):
         device = self.device
         self._meshes = [solids.surfaces[k] and uploaded(solids.surfaces[k], device) for k in order]
-        owner = solids.owner[order]
-        table = np.array([(*m.rgb, m.ambient, m.diffuse, m.specular, m.shininess) for m in solids.materials])
         result = Shapes()
         result.kind = wp.array(solids.kinds[order], dtype=int, device=device)
         result.origin = wp.array(origins, dtype=wp.vec3, device=device)
         result.turn = wp.array(np.swapaxes(solids.axes[order], 1, 2), dtype=wp.mat33, device=device)
         result.sizes = wp.array(sizes, dtype=wp.vec4, device=device)
-        result.size = wp.array(_smallest(solids.kinds[order], sizes), dtype=float, device=device)
+        result.size = wp.array(smallest(solids.kinds[order], sizes), dtype=float, device=device)
         result.mesh = wp.array([m.id if m else 0 for m in self._meshes], dtype=wp.uint64, device=device)
         smooth = [int(bool(s and s.smooth)) for s in (solids.surfaces[k] for k in order)]
         result.smooth = wp.array(smooth, dtype=int, device=device)
         result.label = wp.array(order.astype(np.int32), dtype=int, device=device)
-        result.color = wp.array(table[owner, :3], dtype=wp.vec3, device=device)
+        result.owner = wp.array(solids.owner[order], dtype=int, device=device)
         result.checker = wp.array(solids.checkers[order], dtype=wp.vec3, device=device)
-        result.light = wp.array(table[owner, 3:], dtype=wp.vec4, device=device)
+        owner = solids.owner[order]
         optics = np.array([m.optics for m in solids.materials])[owner]
         result.optics = wp.array(optics, dtype=wp.vec4, device=device)
         result.visible = wp.array([solids.materials[k].mask for k in owner], dtype=int, device=device)
+        result.materials, result.texels = materials.table(solids.materials, device)
         result.bounded = self.bounded
         return result
 
 
-def _smallest(kinds, sizes):
-    """The smallest length of each shape, that of its tile for a plane."""
-    result = np.where(sizes > 0.0, sizes, np.inf)
-    columns = {shapes.TUBE: [1], shapes.PRISM: [3], shapes.SLAB: [1, 2, 3]}
-    for kind, used in columns.items():
-        where = kinds == kind
-        result[where] = np.where(np.isin(np.arange(shapes.SIZES), used), result[where], np.inf)
-    least = result.min(axis=1, initial=np.inf)
-    return np.where(np.isfinite(least), least, 0.0)
-
-
-def boxes(solids: shapes.Solids, which, sizes) -> tuple[np.ndarray, np.ndarray]:
-    """Least and greatest coordinates (n, 3), in their own frames, of the shapes `which` with `sizes` (n, SIZES)."""
-    kinds, s = solids.kinds[which], sizes[: len(which)]
-    zero = np.zeros(len(which))
-    round_ = np.stack([s[:, 0], s[:, 0], s[:, 1]], axis=1)
-    halves = {
-        shapes.BALL: np.repeat(s[:, :1], 3, axis=1),
-        shapes.ELLIPSOID: s[:, :3],
-        shapes.CYLINDER: round_,
-        shapes.CAPSULE: round_ + s[:, :1] * (0, 0, 1),
-        shapes.BOX: s[:, :3],
-        shapes.TUBE: np.stack([s[:, 0] + s[:, 1], s[:, 0] + s[:, 1], s[:, 1]], axis=1),
-        shapes.PRISM: np.repeat(s[:, 3:], 3, axis=1),
-        shapes.SLAB: np.stack([s[:, 1], s[:, 2], s[:, 0]], axis=1),
-    }
-    high = np.select([(kinds == kind)[:, None] for kind in halves], list(halves.values()), 0.0)
-    low = -high
-    prisms = (kinds == shapes.PRISM)[:, None]
-    corners = np.stack([np.stack([zero, s[:, 0], s[:, 1]]), np.stack([zero, zero, s[:, 2]]), np.zeros((3, len(which)))])
-    low = np.where(prisms, low + corners.min(axis=1).T, low)
-    high = np.where(prisms, high + corners.max(axis=1).T, high)
-    for row in np.flatnonzero(kinds == shapes.MESH):
-        half = solids.surfaces[which[row]].box[1] / solids.sizes[which[row], 0] * s[row, 0]
-        low[row], high[row] = -half, half
-    return low, high
+def _stuff(solids):
+    """Turns (N, 3, 3) and shifts (N, 3) from the shapes' own frames to those of their solid textures."""
+    turns, shifts = np.tile(np.eye(3), (len(solids), 1, 1)), np.zeros((len(solids), 3))
+    for number, pose in enumerate(solids.poses):
+        if pose is not None:
+            where = solids.owner == number
+            turns[where] = pose.matrix.T @ solids.axes[where]
+            shifts[where] = (solids.origins[where] - pose.position) @ pose.matrix
+    return turns, shifts
 
 
 _MESHES = weakref.WeakKeyDictionary()

@@ -86,7 +86,11 @@ def _solids(surface, radius, draw_triangles):
     kinds, origins, axes, sizes = (np.concatenate(column) for column in zip(*parts, strict=True))
     count = len(kinds)
     owner = np.concatenate(owners).astype(np.int32)
-    return Solids(kinds, origins, axes, sizes, np.zeros((count, 3)), (None,) * count, surface.materials, owner)
+    # A ball turns with its body; other shapes have axes of their own.
+    balls = kinds == shapes.BALL
+    axes[balls] = np.array([pose.matrix for pose in surface.poses])[owner[balls]]
+    nothing = np.zeros((count, 3)), (None,) * count
+    return Solids(kinds, origins, axes, sizes, *nothing, surface.materials, owner, surface.poses)
 
 
 def _packed(kind, origins, axes, *sizes):

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import warp as wp
 
-from fieldsim.render import bells, bounds, shadows
+from fieldsim.render import bells, bounds, materials, shadows
 from fieldsim.render.candidates import TILE, View, candidates, capsules
 from fieldsim.render.fog import fog_of
 from fieldsim.render.gather import CAMERA
@@ -51,6 +51,7 @@ class Stage:
         self.unit = bounds.unit_of(surface.elements, radii if len(radii) else solids.lengths)
         self.bounded = bounded = bounds.bound(surface.elements, eye, self.unit, renderer.tolerance)
         self.scene = _scene(bounded, surface, eye, self.unit, renderer.tolerance, device)
+        self.scene.pixel = self.view.pixel
         self.bells = bells.kind_of(bounded)
         self.table = bells.bells_of(bounded, device) if self.bells else None
         # Less than nothing is in no tile.
@@ -61,17 +62,17 @@ class Stage:
         ball_shapes = capsules(centers, centers, radii, device)
         self.ball_lists = candidates(self.view, ball_shapes, device)
         self.lights = lights_of(snapshot.world.lights, eye, self.unit, renderer.shadows, device)
-        self.sky = sky_of(snapshot.world.background, self.view.pixel)
+        self.sky = sky_of(snapshot.world.background, self.view.pixel, device)
         self.solids = SolidStage(solids, eye, self.unit, device) if len(solids) else None
         self.shapes = self.solids.shapes if self.solids else Shapes()
         self._bvhs = []
         self.fog = fog_of(snapshot.world.fog, self.unit)
-        materials = [*surface.materials, *solids.materials]
-        self.optical = any(m.reflection or m.transmission for m in materials)
+        all_materials = [*surface.materials, *solids.materials]
+        self.optical = any(m.reflection or m.transmission for m in all_materials)
         wide = bool((self.lights.size.numpy() > 0.0).any())
         self.shadows = renderer.shadows and any(light.shadows for light in snapshot.world.lights)
         # Whether shadows are more than a yes or a no of everything.
-        self.subtle = self.shadows and (wide or any(m.transmission or m.visible_to != RAYS for m in materials))
+        self.subtle = self.shadows and (wide or any(m.transmission or m.visible_to != RAYS for m in all_materials))
         needed = self.shadows or self.optical
         if self.bells and not self.subtle:
             self.blockers = shadows.blockers_of(self.lights, bounded, self, device)
@@ -117,8 +118,7 @@ def _scene(bounded, surface, eye, unit, tolerance, device) -> Scene:
     masks = np.array([m.mask for m in surface.materials], dtype=np.int32)
     scene.visible = wp.array(masks[surface.owner], dtype=int, device=device)
     scene.owner = wp.array(surface.owner, dtype=int, device=device)
-    table = [(*m.rgb, m.ambient, m.diffuse, m.specular, m.shininess, 0.0, *m.texture_row) for m in surface.materials]
-    scene.materials = wp.array(np.array(table).reshape(-1, 15), dtype=float, ndim=2, device=device)
+    scene.materials, scene.texels = materials.table(surface.materials, device)
     turns = [pose.matrix.T for pose in surface.poses]
     shifts = [turn @ (eye - pose.position) for turn, pose in zip(turns, surface.poses, strict=True)]
     turns = unit * np.array(turns).reshape(-1, 3, 3)

@@ -23,23 +23,31 @@ _NAMES = {
 }
 
 
-def color_rgb(owner: str, color) -> tuple[float, float, float]:
-    """Linear RGB in 0..1 of a colour: a name ("terracotta", any CSS name), "#rrggbb", or three sRGB numbers in 0..1."""
+def color_rgb(owner: str, color, others=()) -> tuple[float, float, float]:
+    """Linear RGB in 0..1 of a colour: a name ("terracotta", any CSS name), "#rrggbb", or three sRGB numbers in 0..1.
+
+    others: names that are no colours but would do as well, for the hint at a name that is unknown.
+    """
     if isinstance(color, str):
-        srgb = np.array(_named(owner, color)) / 255.0
+        srgb = np.array(_named(owner, color, others)) / 255.0
     else:
         srgb = np.asarray(validate.vector(owner, "color", color))
         if (srgb < 0).any() or (srgb > 1).any():
             raise InputError(f"{owner}: color is {tuple(srgb.tolist())}; give red, green, blue in 0..1")
-    linear = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
-    return tuple(linear.tolist())
+    return tuple(linear_of(srgb).tolist())
 
 
-def _named(owner, name):
+def linear_of(srgb: np.ndarray) -> np.ndarray:
+    """Linear values of sRGB ones."""
+    return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
+
+
+def _named(owner, name, others):
     try:
         return ImageColor.getrgb(_NAMES.get(name.lower(), name))[:3]
     except ValueError:
-        known = [*_NAMES, *ImageColor.colormap]
+        known = [*others, *_NAMES, *ImageColor.colormap]
         near = difflib.get_close_matches(name.lower(), known, n=1)
-        hint = f"; did you mean {near[0]!r}?" if near else "; give a CSS name, '#rrggbb' or (r, g, b)"
+        textures = "".join(f", {other!r}" for other in others)
+        hint = f"; did you mean {near[0]!r}?" if near else f"; give a CSS name, '#rrggbb' or (r, g, b){textures}"
         raise InputError(f"{owner}: unknown color {name!r}{hint}") from None

@@ -1,10 +1,14 @@
 """Lights and backgrounds."""
 
 import dataclasses
+import functools
+
+import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.world.color import color_rgb
+from fieldsim.world.pixels import Pixels
 
 
 @dataclasses.dataclass(frozen=True)
@@ -65,21 +69,55 @@ class DirectionalLight(Light):
         object.__setattr__(self, "direction", validate.direction("DirectionalLight", "direction", self.direction))
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, eq=False)
 class Background:
     """What rays that hit nothing see: a gradient from `bottom` (straight down, -z) to `top`, with a share of stars.
 
-    stars: 0 (none) to 1 (dense). The background also tints the ambient light.
+    stars: 0 (none) to 1 (dense). image: a picture of all that is around instead, a path or an array (see `Pixels`):
+    longitudes across and latitudes down, +z at its top, its middle at +x, +y to the left of it. turn: angle about z by
+    which it is turned [rad]; intensity: factor on its brightness. The background also tints the ambient light.
     """
 
     top: object = "#1b2440"
     bottom: object = "#05060c"
     stars: float = 0.3
+    image: object = None
+    turn: float = 0.0
+    intensity: float = 1.0
 
     def __post_init__(self):
         color_rgb("Background", self.top)
         color_rgb("Background", self.bottom)
-        validate.number("Background", "stars", self.stars, at_least=0.0)
+        object.__setattr__(self, "turn", validate.number("Background", "turn", self.turn))
+        for name in ("stars", "intensity"):
+            object.__setattr__(self, name, validate.number("Background", name, getattr(self, name), at_least=0.0))
+        self.pixels  # noqa: B018 - checks the image
+
+    @functools.cached_property
+    def pixels(self) -> Pixels | None:
+        """The picture."""
+        return None if self.image is None else Pixels("Background", self.image)
+
+    @property
+    def rgb_above(self) -> np.ndarray:
+        """Linear colour that comes from above, (3,): of a gradient its top's, of a picture the upper half's mean."""
+        return self.intensity * (self._rgb(self.top) if self.pixels is None else self._half_mean(1.0))
+
+    @property
+    def rgb_below(self) -> np.ndarray:
+        """Linear colour that comes from below, (3,)."""
+        return self.intensity * (self._rgb(self.bottom) if self.pixels is None else self._half_mean(-1.0))
+
+    @staticmethod
+    def _rgb(color):
+        return np.array(color_rgb("Background", color))
+
+    def _half_mean(self, side):
+        """Mean of a picture's half, as seen from its middle."""
+        rows = self.pixels.linear.mean(axis=1, dtype=float)
+        polar = np.pi * (np.arange(len(rows)) + 0.5) / len(rows)
+        weights = np.where(side * np.cos(polar) > -1e-12, np.sin(polar), 0.0)
+        return (weights @ rows) / weights.sum()
 
 
 @dataclasses.dataclass(frozen=True)

@@ -10,7 +10,7 @@ from fieldsim.potentials.primitive import Primitive
 from fieldsim.world import tissue
 from fieldsim.world.color import color_rgb
 from fieldsim.world.motion import value_at
-from fieldsim.world.texture import Texture
+from fieldsim.world.texture import NAMED, Texture
 
 # The kinds of rays: from the camera, towards lights, off mirrors, through what is transparent.
 RAYS = ("camera", "shadow", "reflected", "transmitted")
@@ -44,8 +44,9 @@ class Material:
     visible_to: the kinds of rays that meet the body, of RAYS. What they do not meet does not swell others either.
     level: draws an equipotential instead, where the body's own gravity comes to `level`, summed over all bodies drawn
     so; kernel, blobbiness and threshold then play no part, and radius only where free bodies touch.
-    color: see `color_rgb`, or a solid texture such as `Marble`. ambient, diffuse, specular: factors of the lighting;
-    shininess: Blinn-Phong exponent.
+    color: see `color_rgb`; or a texture such as `Marble` or `ImageTexture`; "checker", "clouds", "marble" and "wood"
+    stand for those as they are by default. ambient, diffuse, specular: factors of the lighting; shininess: Blinn-Phong
+    exponent.
     """
 
     color: object = "terracotta"
@@ -104,13 +105,15 @@ class Material:
         object.__setattr__(self, "blobbiness", blobbiness)
         if self.level is not None:
             object.__setattr__(self, "level", validate.number("Material", "level", self.level, above=0.0))
+        if isinstance(self.color, str) and self.color.lower() in NAMED:
+            object.__setattr__(self, "color", NAMED[self.color.lower()]())
         if not isinstance(self.color, Texture):
-            color_rgb("Material", self.color)
+            color_rgb("Material", self.color, others=NAMED)
 
     @property
     def rgb(self) -> tuple[float, float, float]:
-        """Linear RGB, of a texture its first colour."""
-        return color_rgb("Material", self.color.color if isinstance(self.color, Texture) else self.color)
+        """Linear RGB, of a texture the colour that stands for it."""
+        return self.color.rgb if isinstance(self.color, Texture) else color_rgb("Material", self.color)
 
     @property
     def optics(self) -> tuple[float, float, float, float]:

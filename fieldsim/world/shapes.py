@@ -35,10 +35,15 @@ PLAIN = Material()
 
 
 def frame_along(z: np.ndarray) -> np.ndarray:
-    """Rotations (..., 3, 3) whose third columns are the unit vectors z (..., 3)."""
+    """Rotations (..., 3, 3) whose third columns are the unit vectors z (..., 3).
+
+    The shortest turn takes the z axis there; of those that take it straight down, the one about x.
+    """
     z = np.asarray(z, dtype=float)
-    side = np.eye(3)[np.argmin(np.abs(z), axis=-1)]
-    x = np.cross(side, z)
+    down = z[..., 2] < -0.999999
+    k = np.where(down, 0.0, z[..., 0] / np.where(down, 1.0, 1.0 + z[..., 2]))
+    x = np.stack([1.0 - z[..., 0] * k, -z[..., 1] * k, -z[..., 0]], axis=-1)
+    x -= np.sum(x * z, axis=-1, keepdims=True) * z
     x /= np.linalg.norm(x, axis=-1, keepdims=True)
     return np.stack([x, np.cross(z, x), z], axis=-1)
 
@@ -195,8 +200,6 @@ class Ground(Shape):
     @property
     def frame(self):
         """The point, and axes with z along the normal; a plane that lies flat keeps x and y."""
-        if self.normal == (0.0, 0.0, 1.0):
-            return np.asarray(self.point), np.eye(3)
         return np.asarray(self.point), frame_along(np.asarray(self.normal))
 
 
@@ -250,7 +253,8 @@ class Solids:
 
     kinds (N,); origins (N, 3) and axes (N, 3, 3), in columns; sizes (N, SIZES): what each kind needs; checkers (N, 3):
     linear rgb of the second colour; surfaces: the TriangleSurface, or None, of each; materials; owner (N,): the index
-    in `materials` of each.
+    in `materials` of each; poses: of the body that each material is of, which its solid texture follows, None: each
+    shape carries its own.
     """
 
     kinds: np.ndarray
@@ -261,6 +265,7 @@ class Solids:
     surfaces: tuple[TriangleSurface | None, ...]
     materials: tuple[Material, ...]
     owner: np.ndarray
+    poses: tuple[Pose | None, ...]
 
     def __len__(self) -> int:
         return len(self.kinds)
@@ -281,7 +286,9 @@ def joined(parts) -> Solids:
     parts = list(parts)
     if not parts:
         none = np.zeros(0, dtype=np.int32)
-        return Solids(none, np.zeros((0, 3)), np.zeros((0, 3, 3)), np.zeros((0, SIZES)), np.zeros((0, 3)), (), (), none)
+        return Solids(
+            none, np.zeros((0, 3)), np.zeros((0, 3, 3)), np.zeros((0, SIZES)), np.zeros((0, 3)), (), (), none, ()
+        )
     arrays = {n: np.concatenate([getattr(p, n) for p in parts]) for n in ("kinds", "origins", "axes", "sizes")}
     firsts = np.cumsum([0] + [len(p.materials) for p in parts])
     return Solids(
@@ -290,6 +297,7 @@ def joined(parts) -> Solids:
         surfaces=sum((p.surfaces for p in parts), ()),
         materials=sum((p.materials for p in parts), ()),
         owner=np.concatenate([p.owner + first for p, first in zip(parts, firsts, strict=False)]).astype(np.int32),
+        poses=sum((p.poses for p in parts), ()),
     )
 
 
@@ -356,6 +364,7 @@ class ShapeGroup:
             tuple(shape if isinstance(shape, TriangleSurface) else None for shape in self.shapes),
             self.materials,
             np.arange(count, dtype=np.int32) % len(self.materials),
+            (None,) * len(self.materials),
         )
 
 

@@ -1,25 +1,46 @@
-"""Solid textures: colours that vary with the place in a body's frame, as if it were carved from the stuff.
+"""Textures: colours that vary over a surface, solid ones and pictures.
 
-A texture blends two colours; where bodies melt together their textures melt as their colours do.
+A solid texture varies with the place in a body's frame, as if the body were carved from the stuff. A picture is wrapped
+around each primitive by itself, and where primitives melt together so do their pictures, each by the weight of its
+field (Sherstyuk 1999, 4.2.5): there are no seams.
 """
 
 import dataclasses
+import functools
 from typing import ClassVar
+
+import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.world.color import color_rgb
+from fieldsim.world.pixels import Pixels
+
+
+class Texture:
+    """What a material may have in place of a colour."""
+
+    # How the renderer tells textures apart; 0 is a plain colour.
+    kind: ClassVar[int]
+
+    @property
+    def rgb(self) -> tuple[float, float, float]:
+        """One linear colour that stands for it."""
+        raise NotImplementedError
+
+    @property
+    def row(self) -> tuple[float, ...]:
+        """7 numbers: its kind, then what the renderer needs for it (see `render.materials`)."""
+        raise NotImplementedError
 
 
 @dataclasses.dataclass(frozen=True)
-class Texture:
+class SolidTexture(Texture):
     """From `color` to `other` (see `color_rgb`), with features of the size `scale`, in the body's units."""
 
     color: object = "bone"
     other: object = "ink"
     scale: float = 0.2
-
-    kind: ClassVar[int]
 
     def __post_init__(self):
         name = type(self).__name__
@@ -32,12 +53,16 @@ class Texture:
             raise InputError(f"{name}: seed is {self.seed!r}; give a whole number")
 
     @property
-    def row(self) -> tuple[float, ...]:
-        """Kind, linear rgb of `other`, scale, turbulence, seed: as `textures` reads them; 7 numbers."""
-        name = type(self).__name__
+    def rgb(self):
+        """Its first colour."""
+        return color_rgb(type(self).__name__, self.color)
+
+    @property
+    def row(self):
+        """Kind, linear rgb of `other`, scale, turbulence, seed."""
         return (
             float(self.kind),
-            *color_rgb(name, self.other),
+            *color_rgb(type(self).__name__, self.other),
             self.scale,
             getattr(self, "turbulence", 0.0),
             float(getattr(self, "seed", 0) % 65536),
@@ -45,14 +70,14 @@ class Texture:
 
 
 @dataclasses.dataclass(frozen=True)
-class Checker(Texture):
+class Checker(SolidTexture):
     """Cubes of the two colours in turn, `scale` across."""
 
     kind = 1
 
 
 @dataclasses.dataclass(frozen=True)
-class Clouds(Texture):
+class Clouds(SolidTexture):
     """Four octaves of noise, the largest `scale` across."""
 
     seed: int = 0
@@ -61,7 +86,7 @@ class Clouds(Texture):
 
 
 @dataclasses.dataclass(frozen=True)
-class Marble(Texture):
+class Marble(SolidTexture):
     """Layers across x, `scale` apart, folded by noise: the more so, the greater `turbulence`."""
 
     turbulence: float = 1.0
@@ -71,10 +96,65 @@ class Marble(Texture):
 
 
 @dataclasses.dataclass(frozen=True)
-class Wood(Texture):
+class Wood(SolidTexture):
     """Rings about the z axis, `scale` apart, uneven by `turbulence`."""
 
     turbulence: float = 0.3
     seed: int = 0
 
     kind = 4
+
+
+# What strings stand for, beside colours.
+NAMED = {"checker": Checker, "clouds": Clouds, "marble": Marble, "wood": Wood}
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class ImageTexture(Texture):
+    """A picture wrapped around each primitive, or around a hard shape.
+
+    image: a path, or an array (H, W, 3), uint8 or sRGB floats in 0..1 (see `Pixels`). repeat: how often it fits, along
+    (u, v). u runs to the right of the picture and v down, as seen from outside:
+
+    | on | u | v |
+    |---|---|---|
+    | Point, Ball, Ellipsoid | longitude about z, east; the picture's middle at +x | latitude, from the north |
+    | Segment, Capsule, Cylinder | along, from the start to the end | around the axis |
+    | Arc, Circle | along, from the start to the end | around the tube; the picture's middle at the outer equator |
+    | Triangle | in its plane, from its first corner; a picture per unit of length | likewise |
+    | Plane, Ground | in its plane, from its point; a picture per unit of length | likewise |
+    | Box | across each face, those at the sides upright | down it |
+    | TriangleSurface | as on a ball about the middle of its box | |
+
+    Beyond the ends of a segment or an arc its first and last column continue. Axes within the plane of a triangle or a
+    plane depend on its normal alone, so that triangles about one corner (`fs.rectangle`, `fs.disc`) share a picture.
+    All this is in the frame of the body, which carries its texture along.
+    """
+
+    image: object
+    repeat: tuple[float, float] = (1.0, 1.0)
+
+    kind = 5
+
+    def __post_init__(self):
+        if np.shape(self.repeat) != (2,):
+            raise InputError(f"ImageTexture: repeat is {self.repeat!r}; give two numbers (u, v)")
+        repeat = tuple(validate.number("ImageTexture", "repeat", number, above=0.0) for number in self.repeat)
+        object.__setattr__(self, "repeat", repeat)
+        self.pixels  # noqa: B018 - checks the image
+
+    @functools.cached_property
+    def pixels(self) -> Pixels:
+        """The picture."""
+        return Pixels("ImageTexture", self.image)
+
+    @property
+    def rgb(self):
+        """Its mean colour."""
+        return self.pixels.mean
+
+    @property
+    def row(self):
+        """Kind; number of its first texel, which is known when it is on a device; width, height, repeat."""
+        height, width = self.pixels.linear.shape[:2]
+        return float(self.kind), 0.0, float(width), float(height), *self.repeat, 0.0

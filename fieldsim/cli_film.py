@@ -1,0 +1,208 @@
+"""The command that films a scenario: its options, the work, the bar on the way and the report."""
+
+import contextlib
+import os
+import pathlib
+import warnings
+
+import click
+
+from fieldsim import scenario as scenarios
+from fieldsim.cli_types import Device, Integrator, Positive, Size
+from fieldsim.errors import FieldsimWarning, InputError
+from fieldsim.render.layers import LAYERS
+from fieldsim.render.solids_skeleton import MODES
+
+
+def _switch_debug(ctx, param, value):
+    if value:
+        os.environ["FIELDSIM_DEBUG"] = "1"
+
+
+def film_options():
+    """The options that every film has."""
+    return [
+        click.Option(
+            ["--out"],
+            metavar="FILE",
+            help="Where to: .mp4, .gif, .png (last frame), folder/ or name_%04d.png; a plot: .png, .svg.",
+        ),
+        click.Option(["--size"], type=Size(), metavar="WxH", help="Pixels of a frame; 640x360 unless told."),
+        click.Option(["--fps"], type=Positive(), help="Frames per second; the scenario's unless told."),
+        click.Option(["--duration"], type=Positive(), help="Seconds of film; the scenario's unless told."),
+        click.Option(
+            ["--device"], type=Device(), metavar="cpu|cuda", default="cpu", help="Where to compute; cpu unless told."
+        ),
+        click.Option(["--quality"], type=click.Choice(["draft", "final"]), help="draft is faster; final unless told."),
+        click.Option(["--record"], metavar="RUN.npz", help="Keep the snapshots, to be drawn again or read with NumPy."),
+        click.Option(["--replay"], metavar="RUN.npz", help="Draw a recording of this scenario instead of simulating."),
+        click.Option(
+            ["--integrator"],
+            type=Integrator(),
+            metavar="NAME[:NUMBER]",
+            help="How things move: auto, radau, leapfrog:1e-3, blanesmoan6:0.05, ...; the scenario's unless told.",
+        ),
+        click.Option(["--energy-plot"], metavar="FILE", help="Draw how well energy is kept: .png, .svg or .pdf."),
+        click.Option(
+            ["--mode"],
+            type=click.Choice(MODES),
+            help="Bodies as soft surfaces, as hard shapes, or as lines; soft unless told.",
+        ),
+        click.Option(
+            ["--layer"],
+            type=click.Choice(LAYERS),
+            help="Not colours but depth, normals, weights of the bodies, or steps of the rays.",
+        ),
+        click.Option(["--preview"], is_flag=True, help="A quick look: half the width and height, draft, 10 frames/s."),
+        click.Option(
+            ["--debug"],
+            is_flag=True,
+            is_eager=True,
+            expose_value=False,
+            callback=_switch_debug,
+            help="Show Python's tracebacks.",
+        ),
+    ]
+
+
+def scenario_option(parameter):
+    """The option of one of `build`'s own parameters."""
+    name = parameter.name.replace("_", "-")
+    required = parameter.required
+    shared = {"required": required, "help": parameter.help or None}
+    if not required and parameter.default is not None:
+        shared |= {"default": parameter.default, "show_default": True}
+    if parameter.kind is bool:
+        return click.Option([f"--{name}/--no-{name}", parameter.name], **shared)
+    kind = click.Choice(parameter.kind) if isinstance(parameter.kind, tuple) else parameter.kind
+    return click.Option([f"--{name}", parameter.name], type=kind, **shared)
+
+
+def film_command(build, name: str, extra=(), prepare=None) -> click.Command:
+    """The command that films what `build` gives: the options of every film and those of its own parameters.
+
+    A parameter of `build` that is named like a film's option, such as `duration`, is given that option's value, where
+    it is told.
+    extra: options besides; prepare: a function of the name and the options' values that checks and takes out those of
+    the extra ones, and returns the film's name and a function from the scenario to the one to be filmed and options of
+    `filming.film`.
+    """
+    film = [*extra, *film_options()]
+    taken = {option.name for option in film}
+    own = scenarios.parameters(build)
+
+    def callback(**values):
+        told = {p.name: values[p.name] for p in own if p.name not in taken or values[p.name] is not None}
+        options = {key: values[key] for key in taken if key in values}
+        _film(build, *(prepare(name, options) if prepare else (name, None)), told, options)
+
+    return click.Command(
+        name,
+        callback=callback,
+        params=[scenario_option(p) for p in own if p.name not in taken] + film,
+        help=scenarios.description(build),
+        context_settings={"max_content_width": 120},
+    )
+
+
+def _film(build, name, adapt, told, options):
+    """Check what the machine and the disk say about the request, build, film or draw, report."""
+    from fieldsim import filming, plots
+    from fieldsim.launch import device_named
+    from fieldsim.render.video import Film
+
+    out, energy_plot = options.pop("out"), options.pop("energy_plot")
+    with usage():
+        if energy_plot:
+            plots.checked_path(energy_plot)
+        if out and pathlib.Path(out).suffix.lower() in plots.KINDS:
+            plots.checked_path(out)
+        else:
+            Film(out or "film.mp4", options["size"])
+    device_named(options["device"])
+    scenario = scenarios.call(build, told)
+    if isinstance(scenario, plots.Picture):
+        if energy_plot or options["integrator"] or adapt:
+            words = "models, --integrator and --energy-plot are for films"
+            raise click.UsageError(f"the scenario is a picture: {words}")
+        _draw(scenario, out or f"{name}.png", options["size"])
+        return
+    out = out or f"{name}{'-preview' if options['preview'] else ''}.mp4"
+    with usage():
+        Film(out, options["size"])
+    if adapt:
+        scenario, more = adapt(scenario)
+        options |= more
+    with progress_of(scenario.title or name) as watch:
+        report = filming.film(scenario, out, watch=watch, **options)
+    click.echo(str(report))
+    if energy_plot:
+        _draw_energy(report, energy_plot)
+
+
+def _draw_energy(report, path):
+    """Draw the log of a film's energy, or warn that there is none."""
+    from fieldsim import plots
+
+    if report.log is None or not report.log.history.times:
+        words = f"nothing is drawn to {path}: the film moves nothing whose energy is judged"
+        warnings.warn(words, FieldsimWarning, stacklevel=2)
+        return
+    plots.Picture(lambda size: plots.energy(report.log, size)).save(path)
+    click.echo(f"  {path}: how well energy was kept")
+
+
+@contextlib.contextmanager
+def usage():
+    """Turn bad input into wrong usage."""
+    try:
+        yield
+    except InputError as error:
+        raise click.UsageError(str(error)) from None
+
+
+def _draw(picture, out, size):
+    """Draw a picture, with a sign of life on a terminal."""
+    from rich import console
+
+    from fieldsim import plots
+
+    with usage():
+        plots.checked_path(out)
+    terminal = console.Console(stderr=True)
+    with terminal.status(f"drawing {picture.title or out}") if terminal.is_terminal else contextlib.nullcontext():
+        picture.save(out, size)
+    click.echo(str(out))
+
+
+@contextlib.contextmanager
+def progress_of(title):
+    """A function (done, in all) that draws a bar with the time left on a terminal, and does nothing elsewhere."""
+    from rich import console, progress, table
+
+    from fieldsim import launch
+    from fieldsim.filming import COMPILING
+
+    class Doing(progress.ProgressColumn):
+        max_refresh = 0.5
+
+        def get_table_column(self):
+            return table.Column(no_wrap=True)
+
+        def render(self, task):
+            compiling = launch.loading_for() > 0.1 and launch.load_seconds() + launch.loading_for() > COMPILING
+            return progress.Text("compiling kernels (first run only)" if compiling else title)
+
+    terminal = console.Console(stderr=True)
+    columns = (
+        Doing(),
+        progress.BarColumn(bar_width=20),
+        progress.MofNCompleteColumn(),
+        progress.TextColumn("frames"),
+        progress.TimeElapsedColumn(),
+        progress.TextColumn("left"),
+        progress.TimeRemainingColumn(),
+    )
+    with progress.Progress(*columns, console=terminal, transient=True, disable=not terminal.is_terminal) as bar:
+        task = bar.add_task(title, total=None)
+        yield lambda done, count: bar.update(task, completed=done, total=count)

@@ -1,0 +1,88 @@
+"""The command that films a MuJoCo model in the fields of a scenario."""
+
+import pathlib
+
+import click
+
+from fieldsim.cli_film import film_command, film_options, usage
+from fieldsim.cli_types import Positive
+from fieldsim.errors import InputError
+
+# Of a contact where nothing is told: how deep a hit goes, and what it takes.
+DEPTH, DAMPING, FRICTION = 0.1, 0.5, 0.5
+
+
+def _own_options():
+    """The options that a model has besides those of every film."""
+    return [
+        click.Option(["--skin"], is_flag=True, help="Draw the model as one soft surface on its geoms."),
+        click.Option(["--no-contact"], is_flag=True, help="Let the bodies pass through the planets."),
+        click.Option(
+            ["--speed"], type=Positive(), help="Fastest hit on a planet to expect; from the fall unless told."
+        ),
+        click.Option(["--depth"], type=Positive(), help=f"How deep that goes, in radii; {DEPTH:g} unless told."),
+        click.Option(
+            ["--timestep"],
+            type=Positive(),
+            help="MuJoCo's step; the model's unless told, or less where contact needs it.",
+        ),
+        click.Option(["--damping"], type=float, help=f"What hits lose, 0 for nothing; {DAMPING:g} unless told."),
+        click.Option(["--friction"], type=float, help=f"Coulomb's coefficient on planets; {FRICTION:g} unless told."),
+        click.Option(
+            ["--keep-gravity"], is_flag=True, help="Keep the model's own gravity, which is switched off unless told."
+        ),
+        click.Option(
+            ["--beside"], is_flag=True, help="MuJoCo's own picture of the model alone to the right; needs OpenGL."
+        ),
+    ]
+
+
+def model_options():
+    """The options of a model's film."""
+    return [*_own_options(), *film_options()]
+
+
+def model_command(build, name: str) -> click.Command:
+    """The command that films the model, which the command above this one takes, in what `build` gives."""
+    return film_command(build, name, _own_options(), _prepared)
+
+
+def _prepared(name, options):
+    """Load the model; the film's name, and how to make an experiment of a scenario."""
+    from fieldsim.mujoco.models import model_of
+
+    path = click.get_current_context().parent.params["model"]
+    own = {option.name: options.pop(option.name) for option in _own_options()}
+    with usage():
+        if own["beside"] and options["replay"]:
+            raise InputError("--beside draws what is simulated, not a recording; leave out --replay")
+        model = model_of(pathlib.Path(path))
+    return f"{pathlib.Path(path).stem}-{name}", lambda scenario: _adapted(scenario, model, name, own)
+
+
+def _adapted(scenario, model, name, own):
+    from fieldsim.mujoco.beside import Beside
+    from fieldsim.mujoco.experiment import Experiment
+    from fieldsim.mujoco.fall import shortened
+    from fieldsim.mujoco.skins import skin
+
+    if isinstance(scenario, Experiment):
+        raise InputError(f"{name} has a model of its own; film it with: fieldsim run {name}")
+    contact = _contact(scenario.world, model, own)
+    # The model is this command's own, read from its file.
+    model.opt.timestep = own["timestep"] or shortened(scenario.world, model, contact)
+    options = {"keep_gravity": own["keep_gravity"], "skins": skin(model) if own["skin"] else ()}
+    experiment = Experiment.of(scenario, model, contact=contact, **options)
+    return experiment, {"beside": lambda size: Beside(experiment.model, size)} if own["beside"] else {}
+
+
+def _contact(world, model, own):
+    """The law of contact with the planets, or None where nothing can be touched."""
+    from fieldsim.mujoco.balls import Contact
+    from fieldsim.mujoco.fall import hit_speed
+
+    if own["no_contact"] or all(body.surface is None for body in world.bodies):
+        return None
+    told = {key: own[key] for key in ("depth", "damping", "friction") if own[key] is not None}
+    speed = own["speed"] or hit_speed(world, model)
+    return Contact(speed, **{"depth": DEPTH, "damping": DAMPING, "friction": FRICTION, **told})

@@ -1,0 +1,60 @@
+"""MuJoCo models from MJCF, and what of them is seen."""
+
+import os
+import pathlib
+
+import mujoco
+import numpy as np
+
+from fieldsim.errors import InputError
+
+# As in MuJoCo's own viewer, geoms of these groups are seen; those of others are for collisions alone, say.
+SEEN_GROUPS = (0, 1, 2)
+# What MuJoCo gives a geom that states no colour: one with a material then has the material's.
+UNTOLD = np.array((0.5, 0.5, 0.5, 1.0), dtype=np.float32)
+
+
+def model_of(source):
+    """The MjModel of `source`: itself, or the path of an .xml or .mjb file, or MJCF as text.
+
+    Raises InputError for what is none of these, for a file that is not there, and for what MuJoCo cannot read, with
+    its reason.
+    """
+    if isinstance(source, mujoco.MjModel):
+        return source
+    if not isinstance(source, str | os.PathLike):
+        raise InputError(f"model is {source!r}; give a mujoco.MjModel, MJCF as text, or the path of a file of it")
+    text = os.fspath(source)
+    if text.lstrip().startswith("<"):
+        return _read(mujoco.MjModel.from_xml_string, text, "the MJCF")
+    path = pathlib.Path(text)
+    if not path.is_file():
+        raise InputError(f"there is no model {text!r}; give the path of an MJCF file, such as humanoid.xml")
+    binary = path.suffix == ".mjb"
+    return _read(mujoco.MjModel.from_binary_path if binary else mujoco.MjModel.from_xml_path, text, repr(text))
+
+
+def _read(read, source, name):
+    try:
+        return read(source)
+    except ValueError as reason:
+        raise InputError(f"MuJoCo cannot read {name}: {' '.join(str(reason).split())}") from None
+
+
+def color_of(model, geom: int) -> np.ndarray:
+    """What MuJoCo draws a geom with: red, green, blue, opacity (4,), sRGB in 0..1."""
+    material = model.geom_matid[geom]
+    own = model.geom_rgba[geom]
+    rgba = model.mat_rgba[material] if material >= 0 and np.array_equal(own, UNTOLD) else own
+    return np.clip(rgba, 0.0, 1.0)
+
+
+def seen_geoms(model) -> list[int]:
+    """The geoms that MuJoCo shows unless told otherwise: of groups 0 to 2, and not wholly transparent."""
+    return [g for g in range(model.ngeom) if model.geom_group[g] in SEEN_GROUPS and color_of(model, g)[3] > 0.0]
+
+
+def label(model, geom: int) -> str:
+    """A geom's name, or its number and its body."""
+    name, body = model.geom(geom).name, int(model.geom_bodyid[geom])
+    return repr(name) if name else f"{geom} of body {model.body(body).name or body!r}"

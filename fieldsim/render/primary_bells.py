@@ -11,10 +11,10 @@ from fieldsim.render.bells import BESSEL, SHARE, Bells
 from fieldsim.render.candidates import TILE, Candidates, View
 from fieldsim.render.hits import Balls, Hits
 from fieldsim.render.lanes import OPTIONS, cpp, group_of
+from fieldsim.render.materials import KIND
 from fieldsim.render.primary import OVERFLOW, nearest_ball, record_ball
 from fieldsim.render.textures import color_at
 
-_TEXTURE = wp.constant(8)  # column of a material
 # Rows after the rays': points of the picture, and their tiles.
 _POINT, _TILE, _ROWS = int(lockstep.RAY_ROWS), int(lockstep.RAY_ROWS) + 2, int(lockstep.RAY_ROWS) + 3
 # Rows of what is seen: material's colour (3), factors of light (4), normal (3), depth, kernel's width, the material
@@ -214,11 +214,12 @@ def bells_kernel(kind, width):
         for lane in range(first, last):
             i = begin + lane
             if rays[lockstep.HIT * width + lane] >= 0.0:
+                here = hits.depth[i] * hits.direction[i]
                 color = wp.vec3(0.0, 0.0, 0.0)
                 f = float(0.0)
                 for j in range(count):
                     weight = weights[j * width + lane]
-                    color += weight * color_at(scene, scene.owner[chosen[j]], hits.depth[i] * hits.direction[i])
+                    color += weight * color_at(scene, scene.owner[chosen[j]], chosen[j], here)
                     f += weight
                 hits.color[i] = color / f
 
@@ -294,7 +295,7 @@ def _natives(kind, width):
         "FOREVER": float(hermite.FOREVER),
         "GIVEN_UP": float(lockstep.GIVEN_UP),
         "OVERFLOW": int(OVERFLOW),
-        "TEXTURE": int(_TEXTURE),
+        "TEXTURE": int(KIND),
         "GRAZING": 0.002,  # sine of the angle at which a ray grazes
         "POLISH": 0.01,  # the longest step, in kernel widths
     }

@@ -107,6 +107,18 @@ def test_hits_are_those_of_the_general_kernel(lanes):
     np.testing.assert_allclose(normal[hit & facing], layers["normal"][hit & facing], atol=2e-4)
 
 
+def test_equal_shares():
+    """Bells in one place, each of them worth as much: brackets that begin any later than 1/n miss the surface."""
+    world = fs.World()
+    points = [fs.Point((0, 0, 0))] * 6
+    ring = fs.Circle((0, 0, -50), (0, 0, 1), 1.0)  # of the kinds compiled for the test above
+    world.add_body(fs.Body([*points, ring], surface=fs.Material(radius=0.5, threshold=6.0)))
+    depth, _normal = renderer().depth_and_normals(world.at(0.0), CAMERA)
+    layers = renderer().layers(world.at(0.0), CAMERA)
+    assert np.isfinite(depth).any()
+    np.testing.assert_allclose(depth, layers["depth"], rtol=3e-7)
+
+
 def rays():
     """Unit directions (H, W, 3) through the pixels' centres."""
     right, up, forward = CAMERA.axes()

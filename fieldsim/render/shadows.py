@@ -75,7 +75,7 @@ def blockers_of(lights, bounded, stage, device) -> Blockers:
     grid = np.full(len(where), -1, dtype=np.int32)
     grid[parallel] = np.arange(len(parallel))
     number = len(bounded.radius)
-    side = int(np.clip(2 * math.sqrt(number), 8, _MOST))
+    side = int(np.clip(1.5 * math.sqrt(number), 8, _MOST))
     order = np.argsort(-bounded.radius, kind="stable")
     axes, rectangles = [], []
     for k in parallel:

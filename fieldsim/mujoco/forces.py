@@ -72,6 +72,7 @@ class FieldForces:
         self._kind = accuracy != "torque", contact is not None
         self._act = actor(*self._kind, native)
         self._turns = [np.empty((len(table.arrays.groups), 9)) for table in (self._gravity, self._surface)]
+        self._wrenches = np.empty((model.nbody, 6))
         # Another data of the model, for questions between steps.
         self._scratch = mujoco.MjData(model)
         if native:
@@ -100,11 +101,14 @@ class FieldForces:
         points, balls, law = self._mass_points(), self._balls(), np.zeros(4)
         if self.contact:
             law[:] = slope_of(self._materials), self.contact.damping, self.contact.friction, model.opt.timestep
+        places = np.full(model.nbody, -1, dtype=np.int64)
+        places[bodies] = np.arange(len(bodies))
         return Plan(
             bodies,
-            model.body_rootid[bodies].astype(np.int64),
-            checks.last_dofs(model)[bodies],
-            model.dof_parentid.astype(np.int64),
+            places,
+            model.body_rootid.astype(np.int64),
+            model.body_parentid.astype(np.int64),
+            np.cumsum([0, *model.body_dofnum]),
             model.body_mass,
             model.body_inertia,
             _firsts(points),
@@ -207,7 +211,7 @@ class FieldForces:
         if self.native:
             self._locked(self._head.ctypes.data, data._address, found.ctypes.data if len(found) else 0)
         else:
-            self._act(self._plan, views_of(data), *self._turns, found)
+            self._act(self._plan, views_of(data), *self._turns, self._wrenches, found)
 
     # Questions
 

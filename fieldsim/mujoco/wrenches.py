@@ -6,7 +6,7 @@ as a sum over mass points ("points"). Each returns (force, torque about the cent
 
 import functools
 
-from fieldsim.mujoco.evaluate import field_at, jet_at, maker, turns, vectors
+from fieldsim.mujoco.evaluate import field_at, jet_at, maker, product, turns, vectors
 
 
 @functools.cache
@@ -19,7 +19,8 @@ def pull_at_center(native: bool):
     """
     jet = jet_at(native)
     turn, _ = turns(native)
-    _, _, between = vectors(native)
+    dot, _, _ = vectors(native)
+    across = product(native)
 
     @maker(native)
     def axis(matrix, b, i):
@@ -33,10 +34,11 @@ def pull_at_center(native: bool):
         f, g, h = jet((x[b, 0], x[b, 1], x[b, 2]), plan.gravity, turned)
         e1, e2, e3 = axis(views.ximat, b, 0), axis(views.ximat, b, 1), axis(views.ximat, b, 2)
         i1, i2, i3 = plan.inertia[b, 0], plan.inertia[b, 1], plan.inertia[b, 2]
-        torque = (i3 - i2) * between(e2, h, e3), (i1 - i3) * between(e3, h, e1), (i2 - i1) * between(e1, h, e2)
-        spread = (i2 + i3 - i1) * between(e1, h, e1)
-        spread += (i3 + i1 - i2) * between(e2, h, e2)
-        spread += (i1 + i2 - i3) * between(e3, h, e3)
+        he2, he3 = across(h, e2), across(h, e3)
+        torque = (i3 - i2) * dot(e2, he3), (i1 - i3) * dot(e1, he3), (i2 - i1) * dot(e1, he2)
+        h2, h3 = dot(e2, he2), dot(e3, he3)
+        h1 = h[0] + h[1] + h[2] - h2 - h3
+        spread = (i2 + i3 - i1) * h1 + (i3 + i1 - i2) * h2 + (i1 + i2 - i3) * h3
         return (m * g[0], m * g[1], m * g[2]), turn(views.ximat, b, torque), -m * f - 0.25 * spread
 
     return pull

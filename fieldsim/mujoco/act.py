@@ -32,21 +32,18 @@ def wrench_on(points: bool, contact: bool, native: bool):
 
 @functools.cache
 def actor(points: bool, contact: bool, native: bool):
-    """Function (plan, views, turns, turns, wrenches, found): add the field's generalised forces to views.qfrc_passive.
+    """Function (plan, views, turns, turns, hung, found): add the field's generalised forces to views.qfrc_passive.
 
-    wrenches (nbody, 6): room for the torque and force on each body and all that hangs on it. found (n, 8) or (0, 8):
-    where forces, torques and energies of field and contact of every body are left, if anywhere.
+    hung (nbody, 6): room for the torque and force on all that hangs on each body. found (n, 8) or (0, 8): where forces,
+    torques and energies of field and contact of every body are left, if anywhere.
     """
     wrench = wrench_on(points, contact, native)
     fill = turning(native)
     dot, cross, _ = vectors(native)
 
     @maker(native)
-    def feel(b, plan, views, gravity_turns, surface_turns, wrenches, found):
-        """Add what the fields do to a body itself."""
-        k = plan.places[b]
-        if k < 0:
-            return
+    def felt(k, plan, views, gravity_turns, surface_turns, found):
+        """Torque and force on one body, about the centre of mass of its whole tree, as MuJoCo's motion axes are."""
         force, torque, u, u_contact = wrench(k, plan, views, gravity_turns, surface_turns)
         if found.shape[0] > 0:
             for i in range(3):
@@ -54,34 +51,30 @@ def actor(points: bool, contact: bool, native: bool):
                 found[k, 3 + i] = torque[i]
             found[k, 6] = u
             found[k, 7] = u_contact
-        # MuJoCo's motion axes are about the centre of mass of the body's whole tree.
+        b = plan.bodies[k]
         x, origin, r = views.xipos, views.subtree_com, plan.roots[b]
         tx, ty, tz = cross((x[b, 0] - origin[r, 0], x[b, 1] - origin[r, 1], x[b, 2] - origin[r, 2]), force)
-        wrenches[b, 0] += torque[0] + tx
-        wrenches[b, 1] += torque[1] + ty
-        wrenches[b, 2] += torque[2] + tz
-        wrenches[b, 3] += force[0]
-        wrenches[b, 4] += force[1]
-        wrenches[b, 5] += force[2]
+        return torque[0] + tx, torque[1] + ty, torque[2] + tz, force[0], force[1], force[2]
 
     @maker(native)
-    def act(plan, views, gravity_turns, surface_turns, wrenches, found):
+    def act(plan, views, gravity_turns, surface_turns, hung, found):
         fill(plan.gravity, views.time, gravity_turns)
         fill(plan.surface, views.time, surface_turns)
-        wrenches[:] = 0.0
+        hung[:] = 0.0
         c = views.cdof
         # From the leaves to the roots: a body's joints carry what hangs on it.
-        for b in range(wrenches.shape[0] - 1, 0, -1):
-            feel(b, plan, views, gravity_turns, surface_turns, wrenches, found)
-            torque = wrenches[b, 0], wrenches[b, 1], wrenches[b, 2]
-            force = wrenches[b, 3], wrenches[b, 4], wrenches[b, 5]
+        for b in range(hung.shape[0] - 1, 0, -1):
+            tx, ty, tz, fx, fy, fz = hung[b, 0], hung[b, 1], hung[b, 2], hung[b, 3], hung[b, 4], hung[b, 5]
+            if plan.places[b] >= 0:
+                own = felt(plan.places[b], plan, views, gravity_turns, surface_turns, found)
+                tx, ty, tz = tx + own[0], ty + own[1], tz + own[2]
+                fx, fy, fz = fx + own[3], fy + own[4], fz + own[5]
             for i in range(plan.first_dof[b], plan.first_dof[b + 1]):
-                views.qfrc_passive[i] += dot((c[i, 0], c[i, 1], c[i, 2]), torque) + dot(
-                    (c[i, 3], c[i, 4], c[i, 5]), force
-                )
+                turning = dot((c[i, 0], c[i, 1], c[i, 2]), (tx, ty, tz))
+                views.qfrc_passive[i] += turning + dot((c[i, 3], c[i, 4], c[i, 5]), (fx, fy, fz))
             parent = plan.parents[b]
             if parent > 0:
-                for i in range(6):
-                    wrenches[parent, i] += wrenches[b, i]
+                for i, one in enumerate((tx, ty, tz, fx, fy, fz)):
+                    hung[parent, i] += one
 
     return act

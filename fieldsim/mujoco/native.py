@@ -135,8 +135,8 @@ def acting(points: bool, contact: bool):
         work = allocate(8 * (9 * (turning + touching) + 6 * bodies))
         gravity_turns = numba.carray(doubles(work), (turning, 9))
         surface_turns = numba.carray(doubles(work + 72 * turning), (touching, 9))
-        wrenches = numba.carray(doubles(work + 72 * (turning + touching)), (bodies, 6))
-        act(plan, _views(data, bodies, dofs), gravity_turns, surface_turns, wrenches, found)
+        hung = numba.carray(doubles(work + 72 * (turning + touching)), (bodies, 6))
+        act(plan, _views(data, bodies, dofs), gravity_turns, surface_turns, hung, found)
         release(work)
 
     return function

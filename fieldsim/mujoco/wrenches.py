@@ -1,7 +1,8 @@
 """Forces and torques of the field on one body, written once for numba and for plain Python.
 
-Two ways to feel gravity: at the centre of mass with the torque of the field's gradient across the body ("torque"), or
-as a sum over mass points ("points"). Each returns (force, torque about the centre of mass, potential energy).
+Two ways to feel gravity: as a sum over mass points ("points", "geoms"), which derives from its energy exactly, or at the
+centre of mass with the torque of the field's gradient across the body ("torque"). Each returns (force, torque about the
+centre of mass, potential energy).
 """
 
 import functools
@@ -15,7 +16,8 @@ def pull_at_center(native: bool):
 
     With the body's principal axes e_i, moments I_i and H_ij = e_i . Hessian e_j, the torque about e_1 is
     (I_3 - I_2) H_23, and so on round; the energy is -m F - sum of j_i H_ii / 2 where j_i = (I_j + I_k - I_i) / 2 is the
-    mean of m r_i^2. The tide's pull on the centre of mass, smaller by (size / distance)^2, is left out.
+    sum of m r_i^2. The tide's pull on the centre of mass, smaller by (size / distance)^2, is left out, and with it the
+    energy is not kept: it takes third derivatives.
     """
     jet = jet_at(native)
     turn, _ = turns(native)
@@ -57,7 +59,7 @@ def pull_on_points(native: bool):
         x = views.xipos
         fx, fy, fz, tx, ty, tz, u = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for i in range(plan.first_point[k], plan.first_point[k + 1]):
-            m = plan.points[i, 3] * plan.mass[b]
+            m = plan.points[i, 3]
             arm = turn(views.ximat, b, (plan.points[i, 0], plan.points[i, 1], plan.points[i, 2]))
             f, g = field((x[b, 0] + arm[0], x[b, 1] + arm[1], x[b, 2] + arm[2]), plan.gravity, turned)
             t = cross(arm, g)
@@ -68,6 +70,7 @@ def pull_on_points(native: bool):
             ty += m * t[1]
             tz += m * t[2]
             u -= m * f
-        return (fx, fy, fz), (tx, ty, tz), u
+        m = plan.mass[b]
+        return (m * fx, m * fy, m * fz), (m * tx, m * ty, m * tz), m * u
 
     return pull

@@ -66,7 +66,7 @@ def test_points_agree_with_the_gradients_torque(accuracy):
 
 
 def test_the_default_has_the_tides_pull():
-    """Force and torque on a box of a tenth of its distance, against 8^3 points of Gauss's: right to the fourth order."""
+    """Force and torque on a box of a tenth of its distance, against Gauss's rule of 8^3 points: right to order 4."""
     model, data = at_start(model_of(BOX.replace("0.3 0.2 0.1", "0.2 0.12 0.06")))
     nodes, weights = np.polynomial.legendre.leggauss(8)
     places = np.stack(np.meshgrid(nodes, nodes, nodes, indexing="ij"), axis=-1).reshape(-1, 3) * (0.2, 0.12, 0.06)

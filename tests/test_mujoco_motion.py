@@ -210,7 +210,7 @@ def test_damping_and_friction_only_take():
 
 def test_a_spinning_planet_drags_along():
     spinning = fs.Body(DONUT, gravity=fs.Newtonian(), surface=PLANET.surface, motion=fs.Spin(rate=0.2))
-    puck = '<body pos="1.33 0 0"><freejoint/><geom type="box" size="0.06 0.05 0.05"/></body>'
+    puck = '<body pos="1.281 0 0"><freejoint/><geom type="box" size="0.03 0.06 0.06"/></body>'
     model, data, _ = contacts(puck, LOSSY)
     with fs.mujoco.FieldForces(model, data, spinning, contact=LOSSY):
         mujoco.mj_step(model, data, 8000)

@@ -198,6 +198,8 @@ def touch(native: bool):
     def push(k, plan, views, turned):
         b = plan.bodies[k]
         x, balls = views.xipos, plan.balls
+        if room((x[b, 0], x[b, 1], x[b, 2]), plan.surface, turned) > plan.reach[k]:
+            return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0
         fx, fy, fz, tx, ty, tz, u = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for i in range(plan.first_ball[k], plan.first_ball[k + 1]):
             arm = turn(views.ximat, b, (balls[i, 0], balls[i, 1], balls[i, 2]))

@@ -117,6 +117,7 @@ class FieldForces:
             np.concatenate([np.zeros((0, 4)), *points]),
             _firsts(balls),
             np.concatenate([np.zeros((0, WIDTH)), *balls]),
+            np.array([_reach(rows) for rows in balls]),
             law,
             self._gravity.arrays,
             self._surface.arrays,
@@ -225,7 +226,7 @@ class FieldForces:
         return found
 
     def _at_centers(self):
-        """The same (n, 8) with every body's mass at its centre, now: points around it may miss a field singular there."""
+        """The same with every body's mass at its centre, now: points around it may miss a field singular there."""
         count = len(self.bodies)
         alone = copy.copy(self)
         alone._plan = self._plan._replace(
@@ -256,6 +257,11 @@ class FieldForces:
             return self.data
         checks.own_data(self.model, data)
         return data
+
+
+def _reach(balls):
+    """How far balls (n, WIDTH) reach from the centre of mass; -inf of none."""
+    return np.max(np.linalg.norm(balls[:, :3], axis=1) + balls[:, 12], initial=-np.inf)
 
 
 def _firsts(parts):

@@ -81,12 +81,13 @@ def _plan(address):
         _indices(head, 9),
         _table(head, 10),
         _column(head, 11),
-        _source(head, 12),
-        _source(head, 17),
+        _column(head, 12),
+        _source(head, 13),
+        _source(head, 18),
     )
 
 
-ROWS = 22
+ROWS = 23
 
 
 @numba.njit

@@ -41,9 +41,11 @@ class Plan(typing.NamedTuple):
     """Which bodies feel what.
 
     bodies (n,): their ids. Of every body (nbody,): places, where it is among those, or -1; roots, of its tree; parents;
-    first_dof (nbody + 1,): its own degrees of freedom are first_dof[b] to first_dof[b + 1] - 1. mass (nbody,), inertia (nbody, 3): MuJoCo's own, seen live.
+    first_dof (nbody + 1,): its own degrees of freedom are first_dof[b] to first_dof[b + 1] - 1. mass (nbody,) and
+    inertia (nbody, 3): MuJoCo's own, seen live.
     points (P, 4): places in the bodies' inertial frames and shares of the mass, those of body k from first_point[k];
-    balls (B, 15) and law (4,): see `contact`, the balls of body k from first_ball[k].
+    balls (B, 15) and law (4,): see `contact`, the balls of body k from first_ball[k]; reach (n,): of all of them, from
+    the centre of mass.
     """
 
     bodies: np.ndarray
@@ -57,6 +59,7 @@ class Plan(typing.NamedTuple):
     points: np.ndarray
     first_ball: np.ndarray
     balls: np.ndarray
+    reach: np.ndarray
     law: np.ndarray
     gravity: Source
     surface: Source

@@ -1,8 +1,8 @@
 """Forces and torques of the field on one body, written once for numba and for plain Python.
 
-Two ways to feel gravity: as a sum over mass points ("points", "geoms"), which derives from its energy exactly, or at the
-centre of mass with the torque of the field's gradient across the body ("torque"). Each returns (force, torque about the
-centre of mass, potential energy).
+Two ways to feel gravity: as a sum over mass points ("points", "geoms"), which derives from its energy exactly, or at
+the centre of mass with the torque of the field's gradient across the body ("torque"). Each returns (force, torque about
+the centre of mass, potential energy).
 """
 
 import functools

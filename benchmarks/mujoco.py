@@ -113,7 +113,7 @@ _LOOPS = {}
 
 
 def _field_alone(kind, places, times=20):
-    """Microseconds that numba takes for the "field", or with its Hessian the "jet", at places (n, 3), and to write it."""
+    """Microseconds numba takes for the "field", or with its Hessian the "jet", at places (n, 3), and to write it."""
     elements = PLANET.gravity_elements(0.0)
     if kind not in _LOOPS:
         _LOOPS[kind] = _loop(kind, elements.kinds_used)

@@ -2,6 +2,8 @@
 
 import contextlib
 import ctypes
+import os
+import signal
 import threading
 import time
 
@@ -62,6 +64,23 @@ def test_an_interrupt_within_a_motion_comes_through(box):
         with pytest.raises(KeyboardInterrupt):
             mujoco.mj_step(model, data)
     assert mujoco.get_mjcb_passive() is None
+
+
+def step_on(model, data):
+    while True:
+        mujoco.mj_step(model, data)
+
+
+@pytest.mark.parametrize("is_native", [True, False])
+def test_control_c_while_stepping_puts_the_callback_back(box, is_native):
+    model, data = box
+    model.opt.gravity[:] = 0, 0, -3
+    forces = fs.mujoco.FieldForces(model, data, PLANET, native=is_native, keep_gravity=False)
+    threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()
+    with pytest.raises(KeyboardInterrupt), forces:
+        step_on(model, data)
+    assert mujoco.get_mjcb_passive() is None
+    assert model.opt.gravity.tolist() == [0, 0, -3]
 
 
 def test_a_native_callback_that_was_there_runs_first(box):
@@ -131,6 +150,12 @@ def test_the_layout_is_checked(box):
         layout.check(data, wrong)
 
 
+def test_a_layout_that_is_not_known_is_refused(monkeypatch):
+    monkeypatch.setattr(layout, "FIELDS", (*layout.FIELDS, "xquaternion"))
+    with pytest.raises(fs.FieldsimError, match=r"describes mjData in a way that is not known.*use native=False"):
+        layout.offsets()
+
+
 # Bad input
 
 
@@ -158,6 +183,15 @@ def test_what_cannot_be_is_refused(box):
     refused("fs.Rigid", model, data, fs.Body(DONUT, gravity=fs.Newtonian(), motion=fs.Rigid()))
     with pytest.raises(fs.InputError, match="speed is 0"):
         fs.mujoco.Contact(speed=0.0)
+
+
+def test_questions_about_another_models_data_are_refused(box):
+    model, data = box
+    forces = fs.mujoco.FieldForces(model, data, PLANET)
+    others = mujoco.MjData(model_of(BALL))
+    for question in (forces.wrenches, forces.potential_energy, forces.energy):
+        with pytest.raises(fs.InputError, match="belongs to another model"):
+            question(others)
 
 
 def test_models_that_cannot_feel_are_refused():
@@ -197,12 +231,16 @@ def test_the_models_own_gravity_is_asked_about(box):
     assert model.opt.gravity.tolist() == [0, 0, -3]
 
 
-def test_a_start_where_the_field_is_singular_is_refused():
+@pytest.mark.parametrize("accuracy", ["points", "torque"])
+@pytest.mark.parametrize("is_native", [True, False])
+def test_a_start_where_the_field_is_singular_is_refused(accuracy, is_native):
+    """Also where the six points stand round the singular place and feel nothing odd."""
     model = model_of(BOX + BALL.replace("-2.5 0 0.2", "0 0 1"))
     data = mujoco.MjData(model)
+    point = fs.gravity(fs.Point((0, 0, 1)), 1.0)
     with (
         pytest.raises(fs.InputError, match="singular where body 'ball' starts"),
-        fs.mujoco.FieldForces(model, data, fs.gravity(fs.Point((0, 0, 1)), 1.0)),
+        fs.mujoco.FieldForces(model, data, point, accuracy=accuracy, native=is_native),
     ):
         pass
     assert mujoco.get_mjcb_passive() is None

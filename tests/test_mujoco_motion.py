@@ -187,6 +187,17 @@ def test_bounces_keep_the_energy(shape):
     assert np.abs(np.array(energies) - start).max() < 1e-4 * kinetic
 
 
+@pytest.mark.parametrize("shape", ['type="box" size="0.05 0.1 0.1"', 'type="capsule" size="0.05 0.1"'])
+def test_a_round_surface_is_felt_between_the_points(shape):
+    """The tube's crest, 0.004 within a side, off its middle: where points were 0.1 apart they would be clear of it."""
+    field = PLANET.surface_field()
+    crest = next(x for x in np.arange(1.2, 1.3, 1e-4) if field.value((x, 0.0, 0.0)) < 1.0)
+    body = f'<body pos="{crest - 0.004 + 0.05} 0 0.05"><freejoint/><geom {shape}/></body>'
+    _, _, forces = contacts(body, GENTLE)
+    with forces:
+        assert forces.energy().contact > 0.0
+
+
 def test_damping_and_friction_only_take():
     """A sliding ball begins to roll: friction turns 2/7 of its energy into heat, and stops."""
     ball = '<body pos="1.2999 0 0"><freejoint/><geom size="0.05"/></body>'

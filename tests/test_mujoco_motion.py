@@ -230,6 +230,27 @@ def test_a_spinning_planet_drags_along():
     assert data.qvel[:2] @ around == pytest.approx(0.2 * radius, rel=0.02)
 
 
+@pytest.mark.parametrize("known_to_python_only", [False, True])
+def test_friction_is_against_the_ground_as_it_moves(known_to_python_only):
+    """A planet that turns about a centre of no symmetry pushes a ball at rest the way the surface under it goes."""
+    spin = fs.Spin(rate=0.4, center=(0.5, 0.3, 0.0))
+    motion = (lambda time: spin(time)) if known_to_python_only else spin
+    planet = fs.Body(DONUT, gravity=fs.Newtonian(), surface=PLANET.surface, motion=motion)
+    model, data, _ = contacts('<body pos="0 1 0.299"><freejoint/><geom size="0.05"/></body>', GENTLE)
+    rough = fs.mujoco.Contact(speed=0.5, depth=0.04, friction=0.5)
+    elastic, with_friction, pull = (
+        fs.mujoco.FieldForces(model, data, planet, contact=law).wrenches()[0][0] for law in (GENTLE, rough, None)
+    )
+    normal = (elastic - pull) / np.linalg.norm(elastic - pull)
+    under = np.array([0.0, 1.0, 0.299]) - 0.05 * normal
+    ground = np.cross((0.0, 0.0, 0.4), under - spin.center)
+    ground -= (ground @ normal) * normal
+    friction = with_friction - elastic
+    # The difference in time that Python's motions take errs by 1e-10 of the turn.
+    np.testing.assert_allclose(friction / np.linalg.norm(friction), ground / np.linalg.norm(ground), atol=1e-7)
+    assert np.linalg.norm(friction) == pytest.approx(0.5 * np.linalg.norm(elastic - pull), rel=1e-9)
+
+
 def test_a_ball_falls_through_the_hole():
     model, data, forces = contacts('<body pos="0.01 0 1.2"><freejoint/><geom size="0.05"/></body>', GENTLE)
     heights = []

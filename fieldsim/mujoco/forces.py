@@ -110,7 +110,7 @@ class FieldForces:
             places,
             model.body_rootid.astype(np.int64),
             model.body_parentid.astype(np.int64),
-            np.cumsum([0, *model.body_dofnum]),
+            np.cumsum([0, *model.body_dofnum], dtype=np.int64),
             model.body_mass,
             model.body_inertia,
             _firsts(points),
@@ -230,7 +230,7 @@ class FieldForces:
         count = len(self.bodies)
         alone = copy.copy(self)
         alone._plan = self._plan._replace(
-            first_point=np.arange(count + 1), points=np.tile((0.0, 0.0, 0.0, 1.0), (count, 1))
+            first_point=np.arange(count + 1, dtype=np.int64), points=np.tile((0.0, 0.0, 0.0, 1.0), (count, 1))
         )
         if self.native:
             alone._prepare(self.data)

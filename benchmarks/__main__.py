@@ -1,7 +1,8 @@
-"""Print figures: `python -m benchmarks accuracy|fields|motion|precision|contact|render|referee|film [--json] [--full]`.
+"""Print figures: `python -m benchmarks [PART ...] [--json] [--full]`.
 
-Each part is a module with a function `rows()` that yields dicts: name, value, unit, and where a peer is installed peer
-(its name), peer_value and ratio (value / peer_value). A part or a peer that is not there is passed over with a word.
+The parts are accuracy, fields, motion, precision, contact, mujoco, render, referee and film; all unless told. Each is
+a module with a function `rows()` that yields dicts: name, value, unit, and where a peer is installed peer (its name),
+peer_value and ratio (value / peer_value). A part or a peer that is not there is passed over with a word.
 """
 
 import importlib
@@ -12,7 +13,7 @@ import sys
 
 import click
 
-PARTS = ("accuracy", "fields", "motion", "precision", "contact", "render", "referee", "film")
+PARTS = ("accuracy", "fields", "motion", "precision", "contact", "mujoco", "render", "referee", "film")
 KEYS = ("name", "value", "unit", "peer", "peer_value", "ratio")
 
 

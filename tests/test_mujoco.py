@@ -1,54 +1,20 @@
-"""MuJoCo models in fields: the forces themselves, whose callback it is, and what is refused."""
-
-import contextlib
-import ctypes
-import threading
-import time
+"""MuJoCo models in fields: the forces themselves."""
 
 import mujoco
 import numpy as np
 import pytest
+from mujoco_models import ARM, BALL, BOX, DONUT, PLANET, SURFACE, at_start, model_of, passive
 
 import fieldsim as fs
-from fieldsim.mujoco import layout, native, points
+from fieldsim.mujoco import points
 from fieldsim.world.motion import pose_at
 
-DONUT = fs.Circle((0, 0, 0), (0, 0, 1), 1.0)
-PLANET = fs.Body(DONUT, gravity=fs.Newtonian(), mass=1.0)
 TURN = fs.Pose.turned((1, 2, 0.5), 0.7)
-
-BOX = '<body name="box" pos="2 0.3 0.4" quat="1 0.2 0.3 0.1"><freejoint/><geom type="box" size="0.3 0.2 0.1"/></body>'
-BALL = '<body name="ball" pos="-2.5 0 0.2"><freejoint/><geom size="0.1"/></body>'
-# Hinges, a slide and a ball joint on a base that moves: what Jacobians are made of.
-ARM = """
-<body name="base" pos="0 2 0.5"><freejoint/><geom type="capsule" size="0.05 0.2"/>
-  <body name="upper" pos="0.1 0 0.3"><joint axis="0 1 0"/><joint type="slide" axis="0 1 1" pos="0 0 0.1"/>
-    <geom type="capsule" fromto="0 0 0 0.4 0 0" size="0.03"/>
-    <body name="lower" pos="0.4 0 0"><joint type="ball"/>
-      <geom type="cylinder" size="0.05 0.1" pos="0.1 0 0" euler="20 30 40"/></body>
-  </body>
-</body>
-"""
-
-
-def model_of(bodies, *, options="", integrator="RK4", timestep=0.01):
-    return mujoco.MjModel.from_xml_string(
-        f'<mujoco><option gravity="0 0 0" integrator="{integrator}" timestep="{timestep}" {options}/>'
-        f"<worldbody>{bodies}</worldbody></mujoco>"
-    )
 
 
 @pytest.fixture
 def box():
-    model = model_of(BOX + BALL)
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    return model, data
-
-
-def passive(model, data):
-    mujoco.mj_forward(model, data)
-    return data.qfrc_passive.copy()
+    return at_start(model_of(BOX + BALL))
 
 
 # Forces
@@ -57,7 +23,7 @@ def passive(model, data):
 def test_the_force_is_mass_times_the_fields_gradient(box):
     model, data = box
     field = PLANET.gravity_field()
-    with fs.mujoco.FieldForces(model, data, PLANET) as forces:
+    with fs.mujoco.FieldForces(model, data, PLANET, accuracy="torque") as forces:
         generalised = passive(model, data)
         force, _ = forces.wrenches()
     expected = model.body_mass[1:, None] * field.gradient(data.xipos[1:])
@@ -65,14 +31,15 @@ def test_the_force_is_mass_times_the_fields_gradient(box):
     np.testing.assert_allclose(generalised[[0, 1, 2, 6, 7, 8]], expected.ravel(), rtol=1e-13, atol=1e-16)
 
 
-def test_the_torque_is_that_of_the_mass_all_over_the_body(box):
+@pytest.mark.parametrize("accuracy", ["points", "torque"])
+def test_the_torque_is_that_of_the_mass_all_over_the_body(accuracy):
     """Against the sum over 24^3 points of a box so small that its size to the third power does not show."""
     size = np.array([3e-3, 2e-3, 1e-3])
     model = model_of(
         '<body pos="2 0.3 0.4" quat="1 0.2 0.3 0.1"><freejoint/><geom type="box" size="0.003 0.002 0.001"/></body>'
     )
     data = mujoco.MjData(model)
-    with fs.mujoco.FieldForces(model, data, PLANET) as forces:
+    with fs.mujoco.FieldForces(model, data, PLANET, accuracy=accuracy) as forces:
         _, torque = forces.wrenches()
         energy = forces.potential_energy()
     mujoco.mj_forward(model, data)
@@ -90,12 +57,32 @@ def test_the_torque_is_that_of_the_mass_all_over_the_body(box):
 def test_points_agree_with_the_gradients_torque(accuracy):
     model = model_of(BOX.replace("0.3 0.2 0.1", "0.003 0.002 0.001"))
     data = mujoco.MjData(model)
-    with fs.mujoco.FieldForces(model, data, PLANET) as forces:
+    with fs.mujoco.FieldForces(model, data, PLANET, accuracy="torque") as forces:
         force, torque = forces.wrenches()
     with fs.mujoco.FieldForces(model, data, PLANET, accuracy=accuracy) as forces:
         np.testing.assert_allclose(forces.wrenches()[0], force, rtol=1e-5)
         # The next term is smaller by (size / distance)^2, and by what cancels between the axes.
         np.testing.assert_allclose(forces.wrenches()[1], torque, rtol=1e-3, atol=1e-17)
+
+
+def test_the_default_has_the_tides_pull():
+    """Force and torque on a box of a tenth of its distance, against Gauss's rule of 8^3 points: right to order 4."""
+    model, data = at_start(model_of(BOX.replace("0.3 0.2 0.1", "0.2 0.12 0.06")))
+    nodes, weights = np.polynomial.legendre.leggauss(8)
+    places = np.stack(np.meshgrid(nodes, nodes, nodes, indexing="ij"), axis=-1).reshape(-1, 3) * (0.2, 0.12, 0.06)
+    shares = model.body_mass[1] * np.einsum("i,j,k->ijk", weights, weights, weights).ravel() / 8
+    arms = places @ data.xmat[1].reshape(3, 3).T
+    pulls = shares[:, None] * PLANET.gravity_field().gradient(data.xipos[1] + arms)
+    pull = pulls.sum(axis=0)
+    errors = {}
+    for accuracy in ("points", "torque"):
+        force, _ = fs.mujoco.FieldForces(model, data, PLANET, accuracy=accuracy).wrenches()
+        errors[accuracy] = np.linalg.norm(force[0] - pull) / np.linalg.norm(pull)
+    # (size / distance to the wire)^2 is 0.03, its square 8e-4.
+    assert errors["points"] < 8e-4
+    assert errors["torque"] > 5e-3, "without the tide it is of the second order"
+    _, torque = fs.mujoco.FieldForces(model, data, PLANET).wrenches()
+    np.testing.assert_allclose(torque[0], np.cross(arms, pulls).sum(axis=0), rtol=0.03)
 
 
 SHAPES = {
@@ -194,7 +181,7 @@ def test_sources_are_where_they_are_at_the_time(box, motion):
     moving = fs.Body(DONUT, gravity=fs.Newtonian(), motion=motion)
     for now in (0.0, 0.8, 2.1):
         data.time = now
-        with fs.mujoco.FieldForces(model, data, moving) as forces:
+        with fs.mujoco.FieldForces(model, data, moving, accuracy="torque") as forces:
             force, torque = forces.wrenches()
         pose = pose_at(motion, now)
         local = (data.xipos[1:] - pose.position) @ pose.matrix
@@ -215,7 +202,7 @@ def test_every_stage_of_a_step_sees_the_sources_of_its_time(box, motion, monkeyp
     model, data = box
     motion, pure = MOVING[motion]
     moving = fs.Body(DONUT, gravity=fs.Newtonian(), motion=motion)
-    with fs.mujoco.FieldForces(model, data, moving) as forces:
+    with fs.mujoco.FieldForces(model, data, moving, accuracy="torque") as forces:
         assert forces.running_natively == pure
         mujoco.mj_step(model, data, 3)
     other = mujoco.MjData(model)
@@ -242,7 +229,7 @@ def test_fields_that_deform_and_several_sources(box):
     data.time = 1.5
     world = fs.World()
     world.add_body(PLANET)
-    with fs.mujoco.FieldForces(model, data, [growing, other, world]) as forces:
+    with fs.mujoco.FieldForces(model, data, [growing, other, world], accuracy="torque") as forces:
         force, _ = forces.wrenches()
     whole = growing.at(1.5) + other + PLANET.gravity_field()
     np.testing.assert_allclose(force, model.body_mass[1:, None] * whole.gradient(data.xipos[1:]), rtol=1e-12)
@@ -265,7 +252,6 @@ def test_masses_are_seen_live(box):
         np.testing.assert_allclose(passive(model, data)[6:9], 2.0 * before[6:9], rtol=1e-15)
 
 
-SURFACE = fs.Body(DONUT, gravity=fs.Newtonian(), motion=fs.Spin(rate=0.4), surface=fs.Material(radius=0.25))
 TOUCHING = '<body pos="1.28 0 0"><freejoint/><geom type="ellipsoid" size="0.08 0.06 0.05" euler="20 30 40"/></body>'
 
 
@@ -284,192 +270,3 @@ def test_python_gives_the_same(accuracy):
             assert forces.energy().contact > 0.0
     np.testing.assert_allclose(found[0][0], found[1][0], rtol=1e-11, atol=1e-14)
     assert found[0][1].total == pytest.approx(found[1][1].total, rel=1e-13)
-
-
-# Whose callback
-
-
-def test_the_callback_is_back_after_an_exception_and_an_interrupt(box):
-    model, data = box
-    calls = []
-
-    def mine(model, data):
-        calls.append(data.time)
-
-    mujoco.set_mjcb_passive(mine)
-    try:
-        for failure in (RuntimeError, KeyboardInterrupt):
-            with contextlib.suppress(failure), fs.mujoco.FieldForces(model, data, PLANET):
-                assert mujoco.get_mjcb_passive() is not mine
-                raise failure
-            assert mujoco.get_mjcb_passive() is mine
-        with fs.mujoco.FieldForces(model, data, PLANET) as forces:
-            assert not forces.running_natively
-            calls.clear()
-            pulled = passive(model, data)
-        assert len(calls) == 1, "what was there runs still"
-        assert pulled.any()
-        assert not passive(model, data).any()
-    finally:
-        mujoco.set_mjcb_passive(None)
-
-
-def test_an_interrupt_within_a_motion_comes_through(box):
-    model, data = box
-    stop = []
-
-    def motion(time):
-        if stop:
-            raise KeyboardInterrupt
-        return (0.0, 0.0, 0.0)
-
-    moving = fs.Body(DONUT, gravity=fs.Newtonian(), motion=motion)
-    with fs.mujoco.FieldForces(model, data, moving):
-        stop.append(True)
-        with pytest.raises(KeyboardInterrupt):
-            mujoco.mj_step(model, data)
-    assert mujoco.get_mjcb_passive() is None
-
-
-def test_a_native_callback_that_was_there_runs_first(box):
-    model, data = box
-    seen = []
-    foreign = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(lambda m, d: seen.append((m, d)))
-    mujoco.set_mjcb_passive(foreign)
-    try:
-        with fs.mujoco.FieldForces(model, data, PLANET) as forces:
-            assert forces.running_natively
-            assert passive(model, data).any()
-        assert seen == [(model._address, data._address)]
-        assert mujoco.get_mjcb_passive() is foreign
-    finally:
-        mujoco.set_mjcb_passive(None)
-
-
-def test_two_models_in_one_process(box):
-    model, data = box
-    other = model_of(BALL)
-    others = mujoco.MjData(other)
-    with fs.mujoco.FieldForces(model, data, PLANET):
-        assert passive(model, data).any()
-        assert not passive(other, others).any()
-        with fs.mujoco.FieldForces(other, others, 2.0 * PLANET.gravity_field()):
-            first = passive(model, data)
-            np.testing.assert_allclose(passive(other, others)[:3], 2.0 * first[6:9], rtol=1e-13)
-        assert not passive(other, others).any()
-        np.testing.assert_array_equal(passive(model, data), first)
-    assert mujoco.get_mjcb_passive() is None
-
-
-def test_a_model_is_in_one_set_of_forces_at_a_time(box):
-    model, data = box
-    with fs.mujoco.FieldForces(model, data, PLANET) as forces:
-        with pytest.raises(fs.InputError, match="another FieldForces already"):
-            fs.mujoco.FieldForces(model, mujoco.MjData(model), PLANET).__enter__()
-        with pytest.raises(fs.InputError, match="another FieldForces already"):
-            forces.__enter__()
-        assert passive(model, data).any()
-    assert mujoco.get_mjcb_passive() is None
-    with forces:
-        assert passive(model, data).any(), "it can be entered again"
-
-
-def test_the_callback_takes_no_lock(box):
-    """One thread steps while another holds Python's lock all along, in a call that does not let go of it."""
-    model, data = box
-    sleep = ctypes.PyDLL(None).usleep
-    with fs.mujoco.FieldForces(model, data, PLANET):
-        thread = threading.Thread(target=mujoco.mj_step, args=(model, data, 20_000))
-        thread.start()
-        while data.time == 0.0:
-            time.sleep(0.0)
-        before = data.time
-        sleep(50_000)
-        steps = (data.time - before) / model.opt.timestep
-        thread.join()
-    assert steps > 100
-
-
-def test_the_layout_is_checked(box):
-    _, data = box
-    layout.check(data, native.PLACES)
-    wrong = native.PLACES | {"xipos": native.PLACES["ximat"]}
-    with pytest.raises(fs.FieldsimError, match="keeps xipos elsewhere"):
-        layout.check(data, wrong)
-
-
-# Bad input
-
-
-def refused(match, *arguments, error=fs.InputError, **options):
-    with pytest.raises(error, match=match):
-        fs.mujoco.FieldForces(*arguments, **options)
-    assert mujoco.get_mjcb_passive() is None
-
-
-def test_what_cannot_be_is_refused(box):
-    model, data = box
-    refused("belongs to another model", model, mujoco.MjData(model_of(BALL)), PLANET)
-    refused("is not a model|give a mujoco.MjModel", "model.xml", data, PLANET)
-    refused("give a mujoco.MjData", model, None, PLANET)
-    refused(r"no body 'bal'; it has 'box', 'ball'", model, data, PLANET, bodies="bal")
-    refused("numbers from 1 to 2", model, data, PLANET, bodies=[0])
-    refused("names one twice", model, data, PLANET, bodies=["ball", 2])
-    refused("bodies is empty", model, data, PLANET, bodies=[])
-    refused("accuracy is 'exact'", model, data, PLANET, accuracy="exact")
-    refused("no sources", model, data, [])
-    refused(r"sources\[1\] is 3", model, data, [PLANET, 3])
-    refused("no source pulls", model, data, fs.Body(DONUT, surface=fs.Material()))
-    refused("no source has a surface", model, data, PLANET, contact=fs.mujoco.Contact(speed=1.0))
-    refused("contact is 3", model, data, SURFACE, contact=3)
-    refused("fs.Rigid", model, data, fs.Body(DONUT, gravity=fs.Newtonian(), motion=fs.Rigid()))
-    with pytest.raises(fs.InputError, match="speed is 0"):
-        fs.mujoco.Contact(speed=0.0)
-
-
-def test_models_that_cannot_feel_are_refused():
-    still = model_of('<geom size="0.1"/>')
-    refused("no degree of freedom", still, mujoco.MjData(still), PLANET)
-    model = model_of(BALL + '<body name="rock"><geom size="0.1"/></body>')
-    refused("'rock' is fixed to the world", model, mujoco.MjData(model), PLANET, bodies="rock")
-    model = model_of('<body name="carrier"><freejoint/><body name="load" pos="0 2 0"><geom size="0.1"/></body></body>')
-    refused("'carrier' has no mass", model, mujoco.MjData(model), PLANET, bodies="carrier")
-    off = mujoco.mjtDisableBit
-    model = model_of(BALL)
-    model.opt.disableflags = getattr(off, "mjDSBL_PASSIVE", 0) or off.mjDSBL_SPRING | off.mjDSBL_DAMPER
-    with pytest.raises(fs.InputError, match="asks for no forces at all"):
-        fs.mujoco.FieldForces(model, mujoco.MjData(model), PLANET).__enter__()
-
-
-@pytest.mark.skipif(not hasattr(mujoco.mjtEnableBit, "mjENBL_SLEEP"), reason="this MuJoCo has no sleep")
-def test_sleep_is_refused(box):
-    model, data = box
-    model.opt.enableflags = int(mujoco.mjtEnableBit.mjENBL_SLEEP)
-    with pytest.raises(fs.InputError, match="sleep"):
-        fs.mujoco.FieldForces(model, data, PLANET).__enter__()
-
-
-def test_the_models_own_gravity_is_asked_about(box):
-    model, data = box
-    model.opt.gravity[:] = 0, 0, -3
-    refused("keep_gravity=True for both", model, data, PLANET)
-    with fs.mujoco.FieldForces(model, data, PLANET, keep_gravity=True) as forces:
-        mujoco.mj_forward(model, data)
-        both = data.qacc[8]
-        assert forces.energy().model != 0.0
-    with contextlib.suppress(ZeroDivisionError), fs.mujoco.FieldForces(model, data, PLANET, keep_gravity=False):
-        mujoco.mj_forward(model, data)
-        assert data.qacc[8] == pytest.approx(both + 3.0)
-        raise ZeroDivisionError
-    assert model.opt.gravity.tolist() == [0, 0, -3]
-
-
-def test_a_start_where_the_field_is_singular_is_refused():
-    model = model_of(BOX + BALL.replace("-2.5 0 0.2", "0 0 1"))
-    data = mujoco.MjData(model)
-    with (
-        pytest.raises(fs.InputError, match="singular where body 'ball' starts"),
-        fs.mujoco.FieldForces(model, data, fs.gravity(fs.Point((0, 0, 1)), 1.0)),
-    ):
-        pass
-    assert mujoco.get_mjcb_passive() is None

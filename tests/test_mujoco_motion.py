@@ -187,6 +187,17 @@ def test_bounces_keep_the_energy(shape):
     assert np.abs(np.array(energies) - start).max() < 1e-4 * kinetic
 
 
+@pytest.mark.parametrize("shape", ['type="box" size="0.05 0.1 0.1"', 'type="capsule" size="0.05 0.1"'])
+def test_a_round_surface_is_felt_between_the_points(shape):
+    """The tube's crest, 0.004 within a side, off its middle: where points were 0.1 apart they would be clear of it."""
+    field = PLANET.surface_field()
+    crest = next(x for x in np.arange(1.2, 1.3, 1e-4) if field.value((x, 0.0, 0.0)) < 1.0)
+    body = f'<body pos="{crest - 0.004 + 0.05} 0 0.05"><freejoint/><geom {shape}/></body>'
+    _, _, forces = contacts(body, GENTLE)
+    with forces:
+        assert forces.energy().contact > 0.0
+
+
 def test_damping_and_friction_only_take():
     """A sliding ball begins to roll: friction turns 2/7 of its energy into heat, and stops."""
     ball = '<body pos="1.2999 0 0"><freejoint/><geom size="0.05"/></body>'
@@ -210,13 +221,34 @@ def test_damping_and_friction_only_take():
 
 def test_a_spinning_planet_drags_along():
     spinning = fs.Body(DONUT, gravity=fs.Newtonian(), surface=PLANET.surface, motion=fs.Spin(rate=0.2))
-    puck = '<body pos="1.33 0 0"><freejoint/><geom type="box" size="0.06 0.05 0.05"/></body>'
+    puck = '<body pos="1.281 0 0"><freejoint/><geom type="box" size="0.03 0.06 0.06"/></body>'
     model, data, _ = contacts(puck, LOSSY)
     with fs.mujoco.FieldForces(model, data, spinning, contact=LOSSY):
         mujoco.mj_step(model, data, 8000)
     radius = np.linalg.norm(data.qpos[:2])
     around = np.array([-data.qpos[1], data.qpos[0]]) / radius
     assert data.qvel[:2] @ around == pytest.approx(0.2 * radius, rel=0.02)
+
+
+@pytest.mark.parametrize("known_to_python_only", [False, True])
+def test_friction_is_against_the_ground_as_it_moves(known_to_python_only):
+    """A planet that turns about a centre of no symmetry pushes a ball at rest the way the surface under it goes."""
+    spin = fs.Spin(rate=0.4, center=(0.5, 0.3, 0.0))
+    motion = (lambda time: spin(time)) if known_to_python_only else spin
+    planet = fs.Body(DONUT, gravity=fs.Newtonian(), surface=PLANET.surface, motion=motion)
+    model, data, _ = contacts('<body pos="0 1 0.299"><freejoint/><geom size="0.05"/></body>', GENTLE)
+    rough = fs.mujoco.Contact(speed=0.5, depth=0.04, friction=0.5)
+    elastic, with_friction, pull = (
+        fs.mujoco.FieldForces(model, data, planet, contact=law).wrenches()[0][0] for law in (GENTLE, rough, None)
+    )
+    normal = (elastic - pull) / np.linalg.norm(elastic - pull)
+    under = np.array([0.0, 1.0, 0.299]) - 0.05 * normal
+    ground = np.cross((0.0, 0.0, 0.4), under - spin.center)
+    ground -= (ground @ normal) * normal
+    friction = with_friction - elastic
+    # The difference in time that Python's motions take errs by 1e-10 of the turn.
+    np.testing.assert_allclose(friction / np.linalg.norm(friction), ground / np.linalg.norm(ground), atol=1e-7)
+    assert np.linalg.norm(friction) == pytest.approx(0.5 * np.linalg.norm(elastic - pull), rel=1e-9)
 
 
 def test_a_ball_falls_through_the_hole():

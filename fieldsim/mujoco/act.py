@@ -32,36 +32,49 @@ def wrench_on(points: bool, contact: bool, native: bool):
 
 @functools.cache
 def actor(points: bool, contact: bool, native: bool):
-    """Function (plan, views, turns, turns, found): add the field's generalised forces to views.qfrc_passive.
+    """Function (plan, views, turns, turns, hung, found): add the field's generalised forces to views.qfrc_passive.
 
-    found (n, 8) or (0, 8): where forces, torques and energies of field and contact of every body are left, if anywhere.
+    hung (nbody, 6): room for the torque and force on all that hangs on each body. found (n, 8) or (0, 8): where forces,
+    torques and energies of field and contact of every body are left, if anywhere.
     """
     wrench = wrench_on(points, contact, native)
     fill = turning(native)
     dot, cross, _ = vectors(native)
 
     @maker(native)
-    def act(plan, views, gravity_turns, surface_turns, found):
-        fill(plan.gravity.groups, views.time, gravity_turns)
-        fill(plan.surface.groups, views.time, surface_turns)
-        for k in range(plan.bodies.shape[0]):
-            force, torque, u, u_contact = wrench(k, plan, views, gravity_turns, surface_turns)
-            if found.shape[0] > 0:
-                for i in range(3):
-                    found[k, i] = force[i]
-                    found[k, 3 + i] = torque[i]
-                found[k, 6] = u
-                found[k, 7] = u_contact
-            # MuJoCo's motion axes are about the centre of mass of the body's whole tree.
-            x, origin = views.xipos, views.subtree_com
-            b, r = plan.bodies[k], plan.roots[k]
-            tx, ty, tz = cross((x[b, 0] - origin[r, 0], x[b, 1] - origin[r, 1], x[b, 2] - origin[r, 2]), force)
-            torque = torque[0] + tx, torque[1] + ty, torque[2] + tz
-            i = plan.dofs[k]
-            while i >= 0:
-                c = views.cdof
-                views.qfrc_passive[i] += dot((c[i, 0], c[i, 1], c[i, 2]), torque)
-                views.qfrc_passive[i] += dot((c[i, 3], c[i, 4], c[i, 5]), force)
-                i = plan.parents[i]
+    def felt(k, plan, views, gravity_turns, surface_turns, found):
+        """Torque and force on one body, about the centre of mass of its whole tree, as MuJoCo's motion axes are."""
+        force, torque, u, u_contact = wrench(k, plan, views, gravity_turns, surface_turns)
+        if found.shape[0] > 0:
+            for i in range(3):
+                found[k, i] = force[i]
+                found[k, 3 + i] = torque[i]
+            found[k, 6] = u
+            found[k, 7] = u_contact
+        b = plan.bodies[k]
+        x, origin, r = views.xipos, views.subtree_com, plan.roots[b]
+        tx, ty, tz = cross((x[b, 0] - origin[r, 0], x[b, 1] - origin[r, 1], x[b, 2] - origin[r, 2]), force)
+        return torque[0] + tx, torque[1] + ty, torque[2] + tz, force[0], force[1], force[2]
+
+    @maker(native)
+    def act(plan, views, gravity_turns, surface_turns, hung, found):
+        fill(plan.gravity, views.time, gravity_turns)
+        fill(plan.surface, views.time, surface_turns)
+        hung[:] = 0.0
+        c = views.cdof
+        # From the leaves to the roots: a body's joints carry what hangs on it.
+        for b in range(hung.shape[0] - 1, 0, -1):
+            tx, ty, tz, fx, fy, fz = hung[b, 0], hung[b, 1], hung[b, 2], hung[b, 3], hung[b, 4], hung[b, 5]
+            if plan.places[b] >= 0:
+                own = felt(plan.places[b], plan, views, gravity_turns, surface_turns, found)
+                tx, ty, tz = tx + own[0], ty + own[1], tz + own[2]
+                fx, fy, fz = fx + own[3], fy + own[4], fz + own[5]
+            for i in range(plan.first_dof[b], plan.first_dof[b + 1]):
+                turning = dot((c[i, 0], c[i, 1], c[i, 2]), (tx, ty, tz))
+                views.qfrc_passive[i] += turning + dot((c[i, 3], c[i, 4], c[i, 5]), (fx, fy, fz))
+            parent = plan.parents[b]
+            if parent > 0:
+                for i, one in enumerate((tx, ty, tz, fx, fy, fz)):
+                    hung[parent, i] += one
 
     return act

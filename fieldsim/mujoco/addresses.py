@@ -4,6 +4,7 @@ import functools
 
 from llvmlite import ir
 from numba import types
+from numba.core import cgutils
 from numba.extending import intrinsic
 
 
@@ -34,6 +35,31 @@ def call(typing_context, function, one, two, three):
         return context.get_dummy_value()
 
     return types.void(types.intp, types.intp, types.intp, types.intp), generate
+
+
+@intrinsic
+def allocate(typing_context, size):
+    """The address of `size` bytes of memory, from C's malloc."""
+
+    def generate(context, builder, signature, arguments):
+        word = context.get_value_type(types.intp)
+        malloc = cgutils.get_or_insert_function(builder.module, ir.FunctionType(word, [word]), "malloc")
+        return builder.call(malloc, arguments)
+
+    return types.intp(types.intp), generate
+
+
+@intrinsic
+def release(typing_context, address):
+    """Give memory back to C's free."""
+
+    def generate(context, builder, signature, arguments):
+        word = context.get_value_type(types.intp)
+        free = cgutils.get_or_insert_function(builder.module, ir.FunctionType(ir.VoidType(), [word]), "free")
+        builder.call(free, arguments)
+        return context.get_dummy_value()
+
+    return types.void(types.intp), generate
 
 
 @functools.cache

@@ -13,8 +13,10 @@ from fieldsim.mujoco.contact import WIDTH
 from fieldsim.mujoco.points import frame_of, mesh_of
 
 Kind = mujoco.mjtGeom
-# Distance of a geom's points and balls, in radii of the thinnest surface; and how many there are of a mesh at most.
+# Distance at most of a geom's points and balls, in radii of the thinnest surface; how many spaces there are along a
+# side, and vertices of a mesh, at most.
 SPACING = 0.5
+SPACES = 8
 MOST = 128
 # A step as long as this share of 1 / (angular frequency of a hit) resolves it.
 RESOLVED = 0.5
@@ -27,8 +29,8 @@ class Contact:
     speed: the fastest hit to expect, in lengths per unit of time; it presses a ball in by `depth`, a share of its
     radius (or of the surface's, if that is less). damping: 0 keeps the energy; a hit at `speed` loses about
     4/3 damping of it. friction: Coulomb's coefficient against the surface as it moves; where a body sticks it creeps,
-    by less than the pull on it in four time steps. Spheres, capsules and ellipsoids touch as what they are (a capsule
-    as a row of balls); boxes, cylinders and meshes with points on their surface.
+    by less than the pull on it in four time steps. Spheres and ellipsoids touch as what they are, capsules as rows of
+    balls, boxes and cylinders with points all over, meshes with their vertices.
     """
 
     speed: float
@@ -66,25 +68,35 @@ def body_balls(model, body: int, law: Contact, radius: float) -> np.ndarray:
     for geom in range(model.body_geomadr[body], model.body_geomadr[body] + model.body_geomnum[body]):
         if not (model.geom_contype[geom] or model.geom_conaffinity[geom]):
             continue  # only to be seen
-        centers, axes = _shape(model, geom, SPACING * radius)
+        size = min(_thickness(model, geom), radius)
+        centers, axes = _shape(model, geom, _spacing(size, radius, law))
         turn, move = frame_of(model, geom)
         rows = np.zeros((len(centers), WIDTH))
         rows[:, :3] = centers @ turn.T + move
         rows[:, 3:12] = (turn @ np.diag(axes)).ravel()
         rows[:, 12] = axes.max()
-        size = axes.min() if axes.any() else _thickness(model, geom)
-        rows[:, 13] = law.stiffness(mass, min(size, radius))
+        rows[:, 13] = law.stiffness(mass, size)
         rows[:, 14] = axes.max() > 0.5 * radius
         parts.append(rows)
     return np.concatenate(parts)
 
 
+def _spacing(size, radius, law):
+    """Distance of points: between four of them a round surface rises no farther than a hit at `law.speed` goes deep."""
+    return min(SPACING * radius, 2.0 * math.sqrt(radius * law.depth * size))
+
+
 def _thickness(model, geom):
-    """Half the least extent of a box, cylinder or mesh."""
-    if model.geom_type[geom] == Kind.mjGEOM_CYLINDER:
-        return model.geom_size[geom][:2].min()
-    if model.geom_type[geom] == Kind.mjGEOM_BOX:
-        return model.geom_size[geom].min()
+    """Half the least extent of a geom; of what is no known shape 0."""
+    kind, size = Kind(int(model.geom_type[geom])), model.geom_size[geom]
+    if kind in (Kind.mjGEOM_SPHERE, Kind.mjGEOM_CAPSULE):
+        return size[0]
+    if kind == Kind.mjGEOM_CYLINDER:
+        return size[:2].min()
+    if kind in (Kind.mjGEOM_BOX, Kind.mjGEOM_ELLIPSOID):
+        return size.min()
+    if model.geom_dataid[geom] < 0:
+        return 0.0
     vertices, _ = mesh_of(model, model.geom_dataid[geom])
     return max(0.5 * np.ptp(vertices, axis=0).min(), 1e-3 * np.ptp(vertices, axis=0).max())
 
@@ -98,7 +110,7 @@ def _shape(model, geom, spacing):
     if kind == Kind.mjGEOM_ELLIPSOID:
         return np.zeros((1, 3)), size.copy()
     if kind == Kind.mjGEOM_CAPSULE:
-        along = _spread(size[1], max(spacing, size[0]))
+        along = _spread(size[1], spacing)
         return along[:, None] * (0.0, 0.0, 1.0), size[[0, 0, 0]]
     if kind == Kind.mjGEOM_CYLINDER:
         return _cylinder(size[0], size[1], spacing), none
@@ -115,7 +127,7 @@ def _shape(model, geom, spacing):
 
 def _spread(half, spacing):
     """Places from -half to half, the ends among them."""
-    return np.linspace(-half, half, 1 + min(8, max(1, math.ceil(2.0 * half / spacing))))
+    return np.linspace(-half, half, 1 + min(SPACES, max(1, math.ceil(2.0 * half / spacing))))
 
 
 def _box(half, spacing):
@@ -125,11 +137,12 @@ def _box(half, spacing):
 
 
 def _cylinder(radius, half, spacing):
-    count = min(32, max(12, math.ceil(2 * np.pi * radius / spacing)))
+    count = min(4 * SPACES, max(12, math.ceil(2 * np.pi * radius / spacing)))
     angle = 2 * np.pi * np.arange(count) / count
     ring = np.column_stack([np.cos(angle), np.sin(angle)])
     side = [np.column_stack([radius * ring, np.full(count, z)]) for z in _spread(half, spacing)]
-    ends = [np.column_stack([share * radius * ring, np.full(count, z)]) for z in (-half, half) for share in (0.0, 0.5)]
+    shares = np.linspace(0.0, 1.0, max(2, min(SPACES, math.ceil(radius / spacing))), endpoint=False)
+    ends = [np.column_stack([share * radius * ring, np.full(count, z)]) for z in (-half, half) for share in shares]
     return np.unique(np.concatenate([*side, *ends]), axis=0)
 
 

@@ -99,7 +99,7 @@ def last_dofs(model) -> np.ndarray:
 
 
 def finite(model, bodies, forces) -> None:
-    """Refuse a start at which a force (n, 8) is not finite."""
+    """Refuse a start at which a force or energy of a body, a row of (n, .), is not finite."""
     bad = np.flatnonzero(~np.isfinite(forces).all(axis=1))
     if bad.size:
         name = model.body(int(bodies[bad[0]])).name or int(bodies[bad[0]])

@@ -15,8 +15,7 @@ import math
 
 import numpy as np
 
-from fieldsim.mujoco.evaluate import field_at, jet_at, maker, room_at, turns, vectors
-from fieldsim.mujoco.tables import Source
+from fieldsim.mujoco.evaluate import field_at, group_field, jet_at, maker, room_at, turns, vectors
 
 WIDTH = 15
 # The search ends when a step turns the direction by less than this (the depth then is right to its square).
@@ -134,30 +133,25 @@ def deepest(native: bool):
 @functools.cache
 def _ground(native: bool):
     """Function (point, source, turns) -> velocity of the surface's material there, weighted by the fields."""
-    alone = field_at(native)
+    alone = group_field(native)
     _, cross, _ = vectors(native)
-    part = maker(native)(_one_group)
 
     @maker(native)
     def velocity(p, source, turned):
-        groups = source.groups
+        motions = source.motions
         total, vx, vy, vz = 0.0, 0.0, 0.0, 0.0
-        for g in range(groups.shape[0]):
-            f, _ = alone(p, part(source, g), turned[g : g + 1])
-            x, y, z = cross((groups[g, 11], groups[g, 12], groups[g, 13]), p)
+        for g in range(motions.shape[0]):
+            f, _ = alone(p, source, turned, g)
+            x, y, z = cross((motions[g, 8], motions[g, 9], motions[g, 10]), p)
             total += f
-            vx += f * (x + groups[g, 14])
-            vy += f * (y + groups[g, 15])
-            vz += f * (z + groups[g, 16])
+            vx += f * (x + motions[g, 11])
+            vy += f * (y + motions[g, 12])
+            vz += f * (z + motions[g, 13])
         if total <= 0.0:
             return 0.0, 0.0, 0.0
         return vx / total, vy / total, vz / total
 
     return velocity
-
-
-def _one_group(source, g):
-    return Source(source.rows, source.kinds, source.groups[g : g + 1], source.field, source.jet, source.margin)
 
 
 @functools.cache
@@ -181,7 +175,8 @@ def touch(native: bool):
     @maker(native)
     def lost(k, plan, views, turned, p, n, push):
         """Force at p on top of the elastic `push` along n: damping and friction."""
-        b, r = plan.bodies[k], plan.roots[k]
+        b = plan.bodies[k]
+        r = plan.roots[b]
         origin, v = views.subtree_com, views.cvel
         arm = p[0] - origin[r, 0], p[1] - origin[r, 1], p[2] - origin[r, 2]
         wx, wy, wz = cross((v[b, 0], v[b, 1], v[b, 2]), arm)
@@ -203,6 +198,8 @@ def touch(native: bool):
     def push(k, plan, views, turned):
         b = plan.bodies[k]
         x, balls = views.xipos, plan.balls
+        if room((x[b, 0], x[b, 1], x[b, 2]), plan.surface, turned) > plan.reach[k]:
+            return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0
         fx, fy, fz, tx, ty, tz, u = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for i in range(plan.first_ball[k], plan.first_ball[k + 1]):
             arm = turn(views.ximat, b, (balls[i, 0], balls[i, 1], balls[i, 2]))

@@ -16,19 +16,20 @@ def maker(native: bool):
     import numba
 
     # As with portable functions: inlined, and without counting references to the tables that are passed down.
-    return numba.njit(error_model="numpy", forceinline=True, _nrt=False)
+    return numba.njit(error_model="numpy", forceinline=True, _nrt=False, fastmath={"contract"})
 
 
 @functools.cache
 def turning(native: bool):
-    """Function (groups, time, turns): fill turns (G, 9) with the rotations of the groups that spin (Rodrigues)."""
+    """Function (source, time, turns): fill turns (G, 9) with the rotations of the groups that spin (Rodrigues)."""
 
     @maker(native)
-    def fill(groups, time, turns):
-        for g in range(groups.shape[0]):
-            if groups[g, 2] != 0.0:
-                x, y, z = groups[g, 3], groups[g, 4], groups[g, 5]
-                angle = groups[g, 7] + groups[g, 6] * time
+    def fill(source, time, turns):
+        motions = source.motions
+        for g in range(motions.shape[0]):
+            if source.groups[g, 2]:
+                x, y, z = motions[g, 0], motions[g, 1], motions[g, 2]
+                angle = motions[g, 4] + motions[g, 3] * time
                 s = math.sin(angle)
                 c = math.cos(angle)
                 # 1 - cos, without cancellation.
@@ -72,8 +73,25 @@ def turns(native: bool):
 
 
 @functools.cache
+def product(native: bool):
+    """Function (hessian, vector) -> hessian . vector."""
+
+    @maker(native)
+    def across(hessian, v):
+        xx, yy, zz, xy, xz, yz = hessian
+        return (
+            xx * v[0] + xy * v[1] + xz * v[2],
+            xy * v[0] + yy * v[1] + yz * v[2],
+            xz * v[0] + yz * v[1] + zz * v[2],
+        )
+
+    return across
+
+
+@functools.cache
 def vectors(native: bool):
     """Functions of vectors: (a, b) -> dot product and cross product; (a, hessian, b) -> a . hessian b."""
+    across = product(native)
 
     @maker(native)
     def dot(a, b):
@@ -85,12 +103,7 @@ def vectors(native: bool):
 
     @maker(native)
     def between(a, hessian, b):
-        xx, yy, zz, xy, xz, yz = hessian
-        return (
-            a[0] * (xx * b[0] + xy * b[1] + xz * b[2])
-            + a[1] * (xy * b[0] + yy * b[1] + yz * b[2])
-            + a[2] * (xz * b[0] + yz * b[1] + zz * b[2])
-        )
+        return dot(a, across(hessian, b))
 
     return dot, cross, between
 
@@ -102,43 +115,55 @@ def into_group(native: bool):
 
     @maker(native)
     def local(p, source, turned, g):
-        groups = source.groups
-        if groups[g, 2] == 0.0:
+        if not source.groups[g, 2]:
             return p
-        x, y, z = back(turned, g, (p[0] - groups[g, 8], p[1] - groups[g, 9], p[2] - groups[g, 10]))
-        return x + groups[g, 8], y + groups[g, 9], z + groups[g, 10]
+        cx, cy, cz = source.motions[g, 5], source.motions[g, 6], source.motions[g, 7]
+        x, y, z = back(turned, g, (p[0] - cx, p[1] - cy, p[2] - cz))
+        return x + cx, y + cy, z + cz
 
     return local
 
 
 @functools.cache
-def field_at(native: bool):
-    """Function (point, source, turns) -> (F, gradient)."""
+def group_field(native: bool):
+    """Function (point, source, turns, group) -> (F, gradient) of one group."""
     total = caller("field", native)
     local = into_group(native)
     turn, _ = turns(native)
 
     @maker(native)
-    def field(p, source, turned):
-        f, gx, gy, gz = 0.0, 0.0, 0.0, 0.0
-        for g in range(source.groups.shape[0]):
-            first, count = int(source.groups[g, 0]), int(source.groups[g, 1])
-            q = local(p, source, turned, g)
-            one, x, y, z = total(q[0], q[1], q[2], source, first, count)
-            if source.groups[g, 2] != 0.0:
-                x, y, z = turn(turned, g, (x, y, z))
-            f += one
-            gx += x
-            gy += y
-            gz += z
-        return f, (gx, gy, gz)
+    def field(p, source, turned, g):
+        q = local(p, source, turned, g)
+        f, x, y, z = total(q[0], q[1], q[2], source, source.groups[g, 0], source.groups[g, 1])
+        if source.groups[g, 2]:
+            x, y, z = turn(turned, g, (x, y, z))
+        return f, (x, y, z)
 
     return field
 
 
 @functools.cache
-def jet_at(native: bool):
-    """Function (point, source, turns) -> (F, gradient, Hessian as xx, yy, zz, xy, xz, yz)."""
+def field_at(native: bool):
+    """Function (point, source, turns) -> (F, gradient)."""
+    of_group = group_field(native)
+
+    @maker(native)
+    def field(p, source, turned):
+        f, (x, y, z) = of_group(p, source, turned, 0)
+        for g in range(1, source.groups.shape[0]):
+            more, d = of_group(p, source, turned, g)
+            f += more
+            x += d[0]
+            y += d[1]
+            z += d[2]
+        return f, (x, y, z)
+
+    return field
+
+
+@functools.cache
+def _group_jet(native: bool):
+    """Function (point, source, turns, group) -> F, gradient and Hessian of one group, ten numbers."""
     total = caller("jet", native)
     local = into_group(native)
     turn, _ = turns(native)
@@ -149,30 +174,42 @@ def jet_at(native: bool):
         return turned[g, 3 * k], turned[g, 3 * k + 1], turned[g, 3 * k + 2]
 
     @maker(native)
+    def jet(p, source, turned, g):
+        q = local(p, source, turned, g)
+        first, count = source.groups[g, 0], source.groups[g, 1]
+        f, x, y, z, xx, yy, zz, xy, xz, yz = total(q[0], q[1], q[2], source, first, count)
+        if source.groups[g, 2]:
+            x, y, z = turn(turned, g, (x, y, z))
+            h = xx, yy, zz, xy, xz, yz
+            a, b, c = row(turned, g, 0), row(turned, g, 1), row(turned, g, 2)
+            xx, yy, zz = between(a, h, a), between(b, h, b), between(c, h, c)
+            xy, xz, yz = between(a, h, b), between(a, h, c), between(b, h, c)
+        return f, x, y, z, xx, yy, zz, xy, xz, yz
+
+    return jet
+
+
+@functools.cache
+def jet_at(native: bool):
+    """Function (point, source, turns) -> (F, gradient, Hessian as xx, yy, zz, xy, xz, yz)."""
+    of_group = _group_jet(native)
+
+    @maker(native)
     def jet(p, source, turned):
-        f, gx, gy, gz = 0.0, 0.0, 0.0, 0.0
-        hxx, hyy, hzz, hxy, hxz, hyz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for g in range(source.groups.shape[0]):
-            first, count = int(source.groups[g, 0]), int(source.groups[g, 1])
-            q = local(p, source, turned, g)
-            one, x, y, z, xx, yy, zz, xy, xz, yz = total(q[0], q[1], q[2], source, first, count)
-            if source.groups[g, 2] != 0.0:
-                x, y, z = turn(turned, g, (x, y, z))
-                h = xx, yy, zz, xy, xz, yz
-                a, b, c = row(turned, g, 0), row(turned, g, 1), row(turned, g, 2)
-                xx, yy, zz = between(a, h, a), between(b, h, b), between(c, h, c)
-                xy, xz, yz = between(a, h, b), between(a, h, c), between(b, h, c)
-            f += one
-            gx += x
-            gy += y
-            gz += z
-            hxx += xx
-            hyy += yy
-            hzz += zz
-            hxy += xy
-            hxz += xz
-            hyz += yz
-        return f, (gx, gy, gz), (hxx, hyy, hzz, hxy, hxz, hyz)
+        f, x, y, z, xx, yy, zz, xy, xz, yz = of_group(p, source, turned, 0)
+        for g in range(1, source.groups.shape[0]):
+            more = of_group(p, source, turned, g)
+            f += more[0]
+            x += more[1]
+            y += more[2]
+            z += more[3]
+            xx += more[4]
+            yy += more[5]
+            zz += more[6]
+            xy += more[7]
+            xz += more[8]
+            yz += more[9]
+        return f, (x, y, z), (xx, yy, zz, xy, xz, yz)
 
     return jet
 
@@ -187,7 +224,7 @@ def room_at(native: bool):
     def room(p, source, turned):
         least = math.inf
         for g in range(source.groups.shape[0]):
-            first, count = int(source.groups[g, 0]), int(source.groups[g, 1])
+            first, count = source.groups[g, 0], source.groups[g, 1]
             q = local(p, source, turned, g)
             least = min(least, margin(q[0], q[1], q[2], source, first, count)[0])
         return least

@@ -1,6 +1,7 @@
 """FieldForces: a MuJoCo model in fields of this package."""
 
 import contextlib
+import copy
 import warnings
 
 import mujoco
@@ -17,7 +18,7 @@ from fieldsim.mujoco.sums import LENGTHS
 from fieldsim.mujoco.tables import Plan, Table, sources_of, views_of
 from fieldsim.world.body import Body
 
-ACCURACIES = ("torque", "points", "geoms")
+ACCURACIES = ("points", "geoms", "torque")
 NOTHING = np.empty((0, 8))
 
 
@@ -32,8 +33,9 @@ class FieldForces:
 
     sources: a Field, a Body or a World, or several; Bodies may move (Pose, Spin, Keyframes, functions of time) and
     deform. bodies: names or numbers of those that feel them, all that have mass and move unless told.
-    accuracy: "torque": the pull at a body's centre of mass and the torque of its gradient; "points": the pull on six
-    mass points with the body's inertia, which is as good and keeps the energy; "geoms": on points all over the geoms.
+    accuracy: "points": the pull on six mass points with the body's inertia, right to the fourth order in its size over
+    its distance; "geoms": on points all over the geoms; "torque": the pull at the centre of mass and the torque of its
+    gradient, at a third of the cost of "points", but without the tide's pull, so that the energy is not kept.
     contact: a `Contact`, for the surfaces of sources that are Bodies. keep_gravity: what to do with the model's own
     gravity where it is on: True keeps it, False switches it off while in the field.
     native: run as native code, without Python or its lock; False runs the same in Python, slowly, to debug. Where a
@@ -50,7 +52,7 @@ class FieldForces:
         sources,
         *,
         bodies=None,
-        accuracy: str = "torque",
+        accuracy: str = "points",
         contact: Contact | None = None,
         keep_gravity: bool | None = None,
         native: bool = True,
@@ -72,6 +74,7 @@ class FieldForces:
         self._kind = accuracy != "torque", contact is not None
         self._act = actor(*self._kind, native)
         self._turns = [np.empty((len(table.arrays.groups), 9)) for table in (self._gravity, self._surface)]
+        self._hung = np.empty((model.nbody, 6))
         # Another data of the model, for questions between steps.
         self._scratch = mujoco.MjData(model)
         if native:
@@ -100,17 +103,21 @@ class FieldForces:
         points, balls, law = self._mass_points(), self._balls(), np.zeros(4)
         if self.contact:
             law[:] = slope_of(self._materials), self.contact.damping, self.contact.friction, model.opt.timestep
+        places = np.full(model.nbody, -1, dtype=np.int64)
+        places[bodies] = np.arange(len(bodies))
         return Plan(
             bodies,
-            model.body_rootid[bodies].astype(np.int64),
-            checks.last_dofs(model)[bodies],
-            model.dof_parentid.astype(np.int64),
+            places,
+            model.body_rootid.astype(np.int64),
+            model.body_parentid.astype(np.int64),
+            np.cumsum([0, *model.body_dofnum], dtype=np.int64),
             model.body_mass,
             model.body_inertia,
             _firsts(points),
             np.concatenate([np.zeros((0, 4)), *points]),
             _firsts(balls),
             np.concatenate([np.zeros((0, WIDTH)), *balls]),
+            np.array([_reach(rows) for rows in balls]),
             law,
             self._gravity.arrays,
             self._surface.arrays,
@@ -142,7 +149,7 @@ class FieldForces:
         checks.options(self.model)
         checks.gravity(self.model, self.keep_gravity)
         self._plan.law[3] = self.model.opt.timestep
-        checks.finite(self.model, self.bodies, self._surveyed(self.data))
+        checks.finite(self.model, self.bodies, np.hstack([self._surveyed(self.data), self._at_centers()]))
         self._warn_of_long_steps()
         callback.begin(self)
         if self.keep_gravity is False:
@@ -207,7 +214,7 @@ class FieldForces:
         if self.native:
             self._locked(self._head.ctypes.data, data._address, found.ctypes.data if len(found) else 0)
         else:
-            self._act(self._plan, views_of(data), *self._turns, found)
+            self._act(self._plan, views_of(data), *self._turns, self._hung, found)
 
     # Questions
 
@@ -217,6 +224,17 @@ class FieldForces:
         found = np.full((len(self.bodies), 8), np.nan)
         self.act(self._scratch, found)
         return found
+
+    def _at_centers(self):
+        """The same with every body's mass at its centre, now: points around it may miss a field singular there."""
+        count = len(self.bodies)
+        alone = copy.copy(self)
+        alone._plan = self._plan._replace(
+            first_point=np.arange(count + 1, dtype=np.int64), points=np.tile((0.0, 0.0, 0.0, 1.0), (count, 1))
+        )
+        if self.native:
+            alone._prepare(self.data)
+        return alone._surveyed(self.data)
 
     def wrenches(self, data=None) -> tuple[np.ndarray, np.ndarray]:
         """Forces (n, 3) and torques about the centres of mass (n, 3), world frame, on `bodies` now."""
@@ -239,6 +257,11 @@ class FieldForces:
             return self.data
         checks.own_data(self.model, data)
         return data
+
+
+def _reach(balls):
+    """How far balls (n, WIDTH) reach from the centre of mass; -inf of none."""
+    return np.max(np.linalg.norm(balls[:, :3], axis=1) + balls[:, 12], initial=-np.inf)
 
 
 def _firsts(parts):

@@ -13,7 +13,7 @@ from numba import types
 
 from fieldsim.mujoco import layout
 from fieldsim.mujoco.act import actor
-from fieldsim.mujoco.addresses import call, doubles, halves, words
+from fieldsim.mujoco.addresses import allocate, call, doubles, halves, release, words
 from fieldsim.mujoco.tables import Plan, Source, Views
 
 PLACES = layout.offsets()
@@ -48,14 +48,21 @@ def _indices(head, i):
 
 
 @numba.njit
+def _numbers(head, i):
+    return numba.carray(words(head[i, 0]), (head[i, 1], head[i, 2]))
+
+
+@numba.njit
 def _kinds(head, i):
     return numba.carray(halves(head[i, 0]), (head[i, 1],))
 
 
 @numba.njit
 def _source(head, i):
-    sums = head[i + 3]
-    return Source(_table(head, i), _kinds(head, i + 1), _table(head, i + 2), sums[0], sums[1], sums[2])
+    sums = head[i + 4]
+    return Source(
+        _table(head, i), _kinds(head, i + 1), _numbers(head, i + 2), _table(head, i + 3), sums[0], sums[1], sums[2]
+    )
 
 
 @numba.njit
@@ -66,19 +73,21 @@ def _plan(address):
         _indices(head, 1),
         _indices(head, 2),
         _indices(head, 3),
-        _column(head, 4),
-        _table(head, 5),
-        _indices(head, 6),
-        _table(head, 7),
-        _indices(head, 8),
-        _table(head, 9),
-        _column(head, 10),
-        _source(head, 11),
-        _source(head, 15),
+        _indices(head, 4),
+        _column(head, 5),
+        _table(head, 6),
+        _indices(head, 7),
+        _table(head, 8),
+        _indices(head, 9),
+        _table(head, 10),
+        _column(head, 11),
+        _column(head, 12),
+        _source(head, 13),
+        _source(head, 18),
     )
 
 
-ROWS = 19
+ROWS = 23
 
 
 @numba.njit
@@ -104,7 +113,7 @@ def head_of(plan: Plan) -> np.ndarray:
     """The head (ROWS, 3) of a plan, which keeps the arrays alive."""
     rows = [_row(array) for array in plan[:-2]]
     for source in (plan.gravity, plan.surface):
-        rows += [*map(_row, source[:3]), source[3:]]
+        rows += [*map(_row, source[:4]), source[4:]]
     return np.array(rows, dtype=np.int64)
 
 
@@ -120,10 +129,16 @@ def acting(points: bool, contact: bool):
     @numba.cfunc(types.void(types.intp, types.intp, types.intp))
     def function(head, data, room):
         plan = _plan(head)
-        gravity_turns = np.empty((plan.gravity.groups.shape[0], 9))
-        surface_turns = np.empty((plan.surface.groups.shape[0], 9))
         found = numba.carray(doubles(room), (plan.bodies.shape[0] if room else 0, 8))
-        act(plan, _views(data, plan.mass.shape[0], plan.parents.shape[0]), gravity_turns, surface_turns, found)
+        bodies, dofs = plan.mass.shape[0], plan.first_dof[-1]
+        turning, touching = plan.gravity.groups.shape[0], plan.surface.groups.shape[0]
+        # Arrays of numba's own would cost more than a body's force: they are counted and found again one by one.
+        work = allocate(8 * (9 * (turning + touching) + 6 * bodies))
+        gravity_turns = numba.carray(doubles(work), (turning, 9))
+        surface_turns = numba.carray(doubles(work + 72 * turning), (touching, 9))
+        hung = numba.carray(doubles(work + 72 * (turning + touching)), (bodies, 6))
+        act(plan, _views(data, bodies, dofs), gravity_turns, surface_turns, hung, found)
+        release(work)
 
     return function
 

@@ -22,15 +22,16 @@ TWIST_STEP = 1e-5
 class Source(typing.NamedTuple):
     """Elements in one role.
 
-    rows (N, >= WIDTH), kinds (N,): see `cells`. groups (G, 17), of rows that move together: 0 the first row, 1 their
-    number, 2 whether they spin (if not, their rows are in the world's frame); of a Spin 3-5 the axis, 6 the rate, 7 the
-    phase, 8-10 the centre; 11-13 the angular velocity, 14-16 the velocity of what is at the world's origin.
+    rows (N, >= WIDTH), kinds (N,): see `cells`. groups (G, 3), of rows that move together: the first row, their number,
+    whether they spin (if not, their rows are in the world's frame). motions (G, 14), how: of a Spin 0-2 the axis, 3 the
+    rate, 4 the phase, 5-7 the centre; 8-10 the angular velocity, 11-13 the velocity of what is at the world's origin.
     field, jet, margin: see `sums` (0: not needed).
     """
 
     rows: np.ndarray
     kinds: np.ndarray
     groups: np.ndarray
+    motions: np.ndarray
     field: object
     jet: object
     margin: object
@@ -39,22 +40,26 @@ class Source(typing.NamedTuple):
 class Plan(typing.NamedTuple):
     """Which bodies feel what.
 
-    bodies (n,): their ids; roots (n,): the roots of their trees; dofs (n,): the last degree of freedom that moves each;
-    parents (nv,): the one before it, or -1. mass (nbody,), inertia (nbody, 3): MuJoCo's own, seen live.
+    bodies (n,): their ids. Of every body (nbody,): places, where it is among those, or -1; roots, of its tree; parents;
+    first_dof (nbody + 1,): its own degrees of freedom are first_dof[b] to first_dof[b + 1] - 1. mass (nbody,) and
+    inertia (nbody, 3): MuJoCo's own, seen live.
     points (P, 4): places in the bodies' inertial frames and shares of the mass, those of body k from first_point[k];
-    balls (B, 15) and law (4,): see `contact`, the balls of body k from first_ball[k].
+    balls (B, 15) and law (4,): see `contact`, the balls of body k from first_ball[k]; reach (n,): of all of them, from
+    the centre of mass.
     """
 
     bodies: np.ndarray
+    places: np.ndarray
     roots: np.ndarray
-    dofs: np.ndarray
     parents: np.ndarray
+    first_dof: np.ndarray
     mass: np.ndarray
     inertia: np.ndarray
     first_point: np.ndarray
     points: np.ndarray
     first_ball: np.ndarray
     balls: np.ndarray
+    reach: np.ndarray
     law: np.ndarray
     gravity: Source
     surface: Source
@@ -132,7 +137,7 @@ class Table:
         whole = cells.concatenate(chunks)
         self._total = len(whole)
         sums = [sum_of(name, whole.kinds_used, native) if name in needs and self._total else 0 for name in LENGTHS]
-        self.arrays = Source(self._bounded(whole.rows, whole.kinds), whole.kinds, _groups(chunks, spinning), *sums)
+        self.arrays = Source(self._bounded(whole.rows, whole.kinds), whole.kinds, *_groups(chunks, spinning), *sums)
         self._time = None
         self.at(time)
 
@@ -152,12 +157,11 @@ class Table:
         """Bring the rows that only Python can move to `time`."""
         if not self._timed or time == self._time:
             return
-        timed = self.arrays.groups[-len(self._timed) :]
-        for part, group in zip(self._timed, timed, strict=True):
+        groups, motions = (table[-len(self._timed) :] for table in (self.arrays.groups, self.arrays.motions))
+        for part, (first, count, _), motion in zip(self._timed, groups, motions, strict=True):
             placed = part.placed(time)
-            first = int(group[0])
-            self.arrays.rows[first : first + len(placed)] = self._bounded(placed.rows, placed.kinds)
-            group[11:] = part.twist(time)
+            self.arrays.rows[first : first + count] = self._bounded(placed.rows, placed.kinds)
+            motion[8:] = part.twist(time)
         self._time = time
 
 
@@ -174,16 +178,17 @@ def _part(source, role):
 
 
 def _groups(chunks, spinning):
-    groups = np.zeros((len(chunks), 17))
+    """Tables of groups (G, 3) and their motions (G, 14); see `Source`."""
     counts = [len(chunk) for chunk in chunks]
-    groups[:, 0] = np.cumsum([0, *counts[:-1]])
-    groups[:, 1] = counts
-    for group, part in zip(groups[1:], spinning, strict=False):
+    groups = np.column_stack([np.cumsum([0, *counts[:-1]]), counts, np.zeros(len(chunks))]).astype(np.int64)
+    motions = np.zeros((len(chunks), 14))
+    groups[1 : 1 + len(spinning), 2] = 1
+    for motion, part in zip(motions[1:], spinning, strict=False):
         spin = part.motion
-        group[2:11] = 1.0, *spin.axis, spin.rate, spin.phase, *spin.center
-        group[11:14] = spin.rate * np.array(spin.axis)
-        group[14:] = -np.cross(group[11:14], spin.center)
-    return groups
+        motion[:8] = *spin.axis, spin.rate, spin.phase, *spin.center
+        motion[8:11] = spin.rate * np.array(spin.axis)
+        motion[11:] = -np.cross(motion[8:11], spin.center)
+    return groups, motions
 
 
 def sources_of(sources) -> tuple:

@@ -1,12 +1,13 @@
 """Forces and torques of the field on one body, written once for numba and for plain Python.
 
-Two ways to feel gravity: at the centre of mass with the torque of the field's gradient across the body ("torque"), or
-as a sum over mass points ("points"). Each returns (force, torque about the centre of mass, potential energy).
+Two ways to feel gravity: as a sum over mass points ("points", "geoms"), which derives from its energy exactly, or at
+the centre of mass with the torque of the field's gradient across the body ("torque"). Each returns (force, torque about
+the centre of mass, potential energy).
 """
 
 import functools
 
-from fieldsim.mujoco.evaluate import field_at, jet_at, maker, turns, vectors
+from fieldsim.mujoco.evaluate import field_at, jet_at, maker, product, turns, vectors
 
 
 @functools.cache
@@ -15,11 +16,13 @@ def pull_at_center(native: bool):
 
     With the body's principal axes e_i, moments I_i and H_ij = e_i . Hessian e_j, the torque about e_1 is
     (I_3 - I_2) H_23, and so on round; the energy is -m F - sum of j_i H_ii / 2 where j_i = (I_j + I_k - I_i) / 2 is the
-    mean of m r_i^2. The tide's pull on the centre of mass, smaller by (size / distance)^2, is left out.
+    sum of m r_i^2. The tide's pull on the centre of mass, smaller by (size / distance)^2, is left out, and with it the
+    energy is not kept: it takes third derivatives.
     """
     jet = jet_at(native)
     turn, _ = turns(native)
-    _, _, between = vectors(native)
+    dot, _, _ = vectors(native)
+    across = product(native)
 
     @maker(native)
     def axis(matrix, b, i):
@@ -33,10 +36,11 @@ def pull_at_center(native: bool):
         f, g, h = jet((x[b, 0], x[b, 1], x[b, 2]), plan.gravity, turned)
         e1, e2, e3 = axis(views.ximat, b, 0), axis(views.ximat, b, 1), axis(views.ximat, b, 2)
         i1, i2, i3 = plan.inertia[b, 0], plan.inertia[b, 1], plan.inertia[b, 2]
-        torque = (i3 - i2) * between(e2, h, e3), (i1 - i3) * between(e3, h, e1), (i2 - i1) * between(e1, h, e2)
-        spread = (i2 + i3 - i1) * between(e1, h, e1)
-        spread += (i3 + i1 - i2) * between(e2, h, e2)
-        spread += (i1 + i2 - i3) * between(e3, h, e3)
+        he2, he3 = across(h, e2), across(h, e3)
+        torque = (i3 - i2) * dot(e2, he3), (i1 - i3) * dot(e1, he3), (i2 - i1) * dot(e1, he2)
+        h2, h3 = dot(e2, he2), dot(e3, he3)
+        h1 = h[0] + h[1] + h[2] - h2 - h3
+        spread = (i2 + i3 - i1) * h1 + (i3 + i1 - i2) * h2 + (i1 + i2 - i3) * h3
         return (m * g[0], m * g[1], m * g[2]), turn(views.ximat, b, torque), -m * f - 0.25 * spread
 
     return pull
@@ -55,7 +59,7 @@ def pull_on_points(native: bool):
         x = views.xipos
         fx, fy, fz, tx, ty, tz, u = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for i in range(plan.first_point[k], plan.first_point[k + 1]):
-            m = plan.points[i, 3] * plan.mass[b]
+            m = plan.points[i, 3]
             arm = turn(views.ximat, b, (plan.points[i, 0], plan.points[i, 1], plan.points[i, 2]))
             f, g = field((x[b, 0] + arm[0], x[b, 1] + arm[1], x[b, 2] + arm[2]), plan.gravity, turned)
             t = cross(arm, g)
@@ -66,6 +70,7 @@ def pull_on_points(native: bool):
             ty += m * t[1]
             tz += m * t[2]
             u -= m * f
-        return (fx, fy, fz), (tx, ty, tz), u
+        m = plan.mass[b]
+        return (m * fx, m * fy, m * fz), (m * tx, m * ty, m * tz), m * u
 
     return pull

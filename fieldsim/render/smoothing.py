@@ -139,6 +139,6 @@ class Smoother:
             launch(_place, number * share, [pattern, which, self._centers], [samples], device=device, grain=4096)
             more = wp.empty(number, dtype=int, device=device)
             given = [before, share, which, shade(samples, share), self._sum]
-            launch(_mix, number, given, [color, more], device=device)
+            launch(_mix, number, given, [color, more], device=device, grain=4096)
             which, _, number = picked(more)
             before += share

@@ -158,7 +158,7 @@ class Tracer:
 
     def _launch_groups(self, kernel, count, arguments):
         """Launch a kernel whose items are groups of samples."""
-        launch(kernel, -(-count // group_of(self._lanes)), arguments, device=self.device, grain=4)
+        launch(kernel, -(-count // group_of(self._lanes)), arguments, device=self.device, grain=64)
 
     def _launch_late(self, kernel, late, stage, inputs, outputs):
         """Launch a kernel for the samples `late`, whose intervals did not fit, with global memory for them."""

@@ -140,7 +140,7 @@ def launch(kernel, count, inputs, outputs=(), *, device, grain=256, threads=None
     if device.is_cuda or threads == 1 or count < 2 * grain:
         wp.launch(kernel, dim=count, inputs=[0, *arguments], device=device)
         return
-    size = max(grain, -(-count // (8 * threads)))
+    size = max(grain, -(-count // (4 * threads)))
     starts = range(0, count, size)
     work = _pool().map(
         lambda start: wp.launch(kernel, dim=min(size, count - start), inputs=[start, *arguments], device=device), starts

@@ -83,6 +83,15 @@ class Elements:
         return Elements(self.rows[by], self.kinds[by], self.order[by]), by
 
 
+def parts_of(kinds: np.ndarray) -> list[tuple["Cell", np.ndarray | slice]]:
+    """The cells among element kinds (N,), each with where it is: an index of arrays whose axis is the elements'."""
+    used = set(np.unique(kinds).tolist())
+    present = [cell for cell in CELLS.values() if cell.kind in used]
+    if len(present) == 1:
+        return [(present[0], slice(None))]
+    return [(cell, kinds == cell.kind) for cell in present]
+
+
 def pack(primitives, kernels, strengths, folds=None) -> Elements:
     """Elements of concrete primitives, one kernel and one strength each, grouped by cell."""
     rows = np.zeros((len(primitives), WIDTH))

@@ -123,24 +123,24 @@ def reach(rows, kinds, level):
     """
     result = np.zeros(rows.shape[:-1])
     level = np.broadcast_to(level, result.shape)
-    for cell in cells.CELLS.values():
-        which = kinds == cell.kind
-        if which.any():
-            result[..., which] = _reach(cell, rows[..., which, :], level[..., which])
+    for cell, which in cells.parts_of(kinds):
+        result[..., which] = _reach(cell, rows[..., which, :], level[..., which])
     return result
 
 
 def scale(rows, kinds):
     """Lengths (N,) over which elements' fields vary: a kernel's width, or where all of 1/r may come to F = 1."""
-    endless = np.isin(kinds, [cell.kind for cell in cells.CELLS.values() if cell.kernel in (Newtonian, InverseSquare)])
     width = rows[..., cells.KERNEL]
-    result = np.maximum(np.where(endless, reach(rows, kinds, 1.0 / max(endless.sum(), 1)), 0.0), width)
-    for cell in cells.CELLS.values():
-        which = kinds == cell.kind
+    result = np.empty_like(width)
+    parts = cells.parts_of(kinds)
+    endless = sum(len(width[which]) for cell, which in parts if cell.kernel in (Newtonian, InverseSquare))
+    for cell, which in parts:
         if cell.kernel in (Gaussian, Cauchy):
             result[which] = 1.0 / width[which]
         elif cell.kernel in COMPACT:
             result[which] = _SHARE * width[which]
+        else:
+            result[which] = np.maximum(_reach(cell, rows[which], 1.0 / endless), width[which])
     return np.where(result > 0.0, result, math.inf)
 
 

@@ -87,8 +87,7 @@ def bound(elements: cells.Elements, eye: np.ndarray, unit: float, tolerance: flo
     Raises InputError for a cell that cannot be rendered.
     """
     rows, kinds = _scaled(elements, eye, unit), elements.kinds
-    table = {cell.kind: cell for cell in cells.CELLS.values()}
-    parts = [(table[kind], kinds == kind) for kind in elements.kinds_used]
+    parts = cells.parts_of(kinds)
     shape, order = np.zeros((2, len(rows)), dtype=np.int32)
     bend, level = np.zeros(len(rows)), np.full(len(rows), tolerance / _SHARED)
     for cell, where in parts:
@@ -96,7 +95,7 @@ def bound(elements: cells.Elements, eye: np.ndarray, unit: float, tolerance: flo
         order[where] = ENDS if cell.kernel in COMPACT else ORDER.get(cell.kernel, 0)
         bend[where] = _bend(cell, rows[where])
         if cell.kernel is Cauchy:
-            level[where] = tolerance / min(where.sum(), _SHARED_TAILS) ** 0.5
+            level[where] = tolerance / min(len(kinds[where]), _SHARED_TAILS) ** 0.5
     far = reach(rows, kinds, level)
     signed = (rows[:, cells.STRENGTH] < 0.0).any()
     core = np.where((shape == POINT) & (not signed), reach(rows, kinds, 1.0), 0.0)
@@ -116,16 +115,14 @@ def _scaled(elements, eye, unit):
     rows = elements.rows.copy()
     rows[:, cells.POSITIONS] = (rows[:, cells.POSITIONS] - np.tile(eye, 3)) / unit
     rows[:, cells.SIZE] /= unit
-    for cell in cells.CELLS.values():
-        where = elements.kinds == cell.kind
-        if where.any():
-            name = cell.primitive.__name__
-            dimension = {POINT: 0, TRIANGLE: 2, PLANE: 2}.get(_SHAPES[name], 1)
-            inverse_width = cell.kernel in (Gaussian, Cauchy)
-            rows[where, cells.KERNEL] *= unit if inverse_width else 1.0 / unit
-            rows[where, cells.STRENGTH] *= unit ** (dimension - _UNITS.get(cell.kernel, 0))
-            if name == "Triangle":
-                rows[where, cells.ANGLE] /= unit**2  # its area
+    for cell, where in cells.parts_of(elements.kinds):
+        name = cell.primitive.__name__
+        dimension = {POINT: 0, TRIANGLE: 2, PLANE: 2}.get(_SHAPES[name], 1)
+        inverse_width = cell.kernel in (Gaussian, Cauchy)
+        rows[where, cells.KERNEL] *= unit if inverse_width else 1.0 / unit
+        rows[where, cells.STRENGTH] *= unit ** (dimension - _UNITS.get(cell.kernel, 0))
+        if name == "Triangle":
+            rows[where, cells.ANGLE] /= unit**2  # its area
     return rows
 
 

@@ -246,12 +246,14 @@ def candidates(view, shapes: Capsules, device) -> Candidates:
     """The tile lists of a view."""
     number = len(shapes.near)
     tiles = view.tiles * -(-view.height // TILE)
+    if not number:
+        return _nothing(tiles, device)
     order = wp.array(np.argsort(shapes.near, kind="stable").astype(np.int32), dtype=int, device=device)
-    last = wp.zeros(max(number, 1), dtype=int, device=device)
+    last = wp.zeros(number, dtype=int, device=device)
     geometry = [view, order, shapes.start, shapes.end, shapes.radius]
     launch(_count, number, geometry, [last], device=device, grain=512)
     wp.utils.array_scan(last, last, inclusive=True)
-    total = int(last[number - 1 :].numpy()[0]) if number else 0
+    total = int(last[number - 1 :].numpy()[0])
     tile = wp.empty(max(2 * total, 1), dtype=int, device=device)
     ids = wp.empty(max(2 * total, 1), dtype=int, device=device)
     launch(_fill, number, [*geometry, last], [tile, ids], device=device, grain=512)
@@ -259,4 +261,12 @@ def candidates(view, shapes: Capsules, device) -> Candidates:
     lists.first = sorted_lists(tile, ids, total, tiles, device)
     lists.ids = ids
     lists.near = wp.array(shapes.near, dtype=float, device=device)
+    return lists
+
+
+def _nothing(tiles, device):
+    lists = Candidates()
+    lists.first = wp.zeros(tiles + 1, dtype=int, device=device)
+    lists.ids = wp.empty(0, dtype=int, device=device)
+    lists.near = wp.empty(0, dtype=float, device=device)
     return lists

@@ -79,7 +79,7 @@ class Renderer:
         self._tracer = Tracer(self.device, solver)
         self.solver = self._tracer.solver
         self.tolerance = validate.number("Renderer", "tolerance", tolerance, above=0.0)
-        self._warned = False
+        self._looked = False
         self.band = Band(*self.size, 0, self.size[1])
         self._slot = None
 
@@ -148,7 +148,7 @@ class Renderer:
             part.band = Band(width, last - first, first, height)
             part._slot = None
             picture[top : top + rows] = part._picture(snapshots, camera)[top - first :][:rows]
-            self._warned = part._warned
+            self._looked = part._looked
         return picture
 
     def _developed(self, stage, samples, name):
@@ -197,11 +197,13 @@ class Renderer:
         return self._developed(stage, samples, "samples")[0]
 
     def _look_for_surface(self, stage, hits):
-        """Warn, once, where no pixel sees a surface because the field nowhere reaches the level."""
-        things = hits.thing.numpy()
-        if self._warned or not stage.count or ((things >= 0) & (things < int(BALLS))).any():
+        """Warn, at the first picture of bodies, where no pixel sees one as the field nowhere reaches the level."""
+        if self._looked or not stage.count:
             return
-        self._warned = True
+        self._looked = True
+        things = hits.thing.numpy()
+        if ((things >= 0) & (things < int(BALLS))).any():
+            return
         if not bounds.reaches_level(stage.bounded):
             warnings.warn(
                 "nothing to see: the surface field stays below its level even on the skeleton; lower the materials' "

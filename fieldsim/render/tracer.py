@@ -114,13 +114,15 @@ class Tracer:
         if stage.subtle:
             light.insert(1, stage.shapes)
             kernel_of = lighting.shade_kernel
-        inputs = [stage.scene, stage.tree, *light]
         if stage.bells and not stage.subtle:
             self._shade_bells(stage, light, hits, color, rays)
         else:
-            launch(kernel_of(stage.kinds), count, [*inputs, hits, color, rays], device=self.device)
+            inputs = [stage.scene, stage.tree, *light, hits, color, rays]
+            launch(kernel_of(stage.kinds), count, inputs, device=self.device)
         late = np.flatnonzero(rays.numpy() < 0)
-        self._launch_late(kernel_of(stage.kinds, True), late, stage, inputs, [hits, color, rays])
+        if len(late):
+            inputs = [stage.scene, stage.tree, *light]
+            self._launch_late(kernel_of(stage.kinds, True), late, stage, inputs, [hits, color, rays])
         self.rays += int(rays.numpy().sum())
         return color
 

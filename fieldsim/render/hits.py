@@ -1,5 +1,6 @@
 """What is traced besides fields, and what rays bring back."""
 
+import numpy as np
 import warp as wp
 
 
@@ -34,16 +35,17 @@ class Balls:
 class Hits:
     """What each sample sees.
 
-    depth: distance, negative for a miss; thing: -1 nothing, 0.. a material, from BALLS on a particle, from SOLIDS on a
-    hard shape; color: linear; light: factors of ambient, diffuse and specular light, and the shininess; lift: how far
-    above the hit shadow rays start; blocked (samples, lights): 1 where a hard shape hides a light, empty without any;
-    origin: where rays start, empty for those from the eye; optics: see `Scene`, with 1 last where the ray was inside,
-    empty where all is opaque and dull.
+    depth: distance, negative for a miss; rest: what float32 leaves out of it; thing: -1 nothing, 0.. a material, from
+    BALLS on a particle, from SOLIDS on a hard shape; color: linear; light: factors of ambient, diffuse and specular
+    light, and the shininess; lift: how far above the hit shadow rays start; blocked (samples, lights): 1 where a hard
+    shape hides a light, empty without any; origin: where rays start, empty for those from the eye; optics: see `Scene`,
+    with 1 last where the ray was inside, empty where all is opaque and dull.
     For layers alone: work (samples, 2): see `hermite.Scene`; weights (samples, materials): the materials' fields there.
     """
 
     direction: wp.array(dtype=wp.vec3)
     depth: wp.array(dtype=float)
+    rest: wp.array(dtype=float)
     thing: wp.array(dtype=int)
     normal: wp.array(dtype=wp.vec3)
     color: wp.array(dtype=wp.vec3)
@@ -80,3 +82,8 @@ def behind_shape(i: int, light: int, hits: Hits):
     if hits.blocked.shape[0] == 0:
         return False
     return hits.blocked[i, light] == wp.uint8(1)
+
+
+def exact_depth(hits: Hits) -> np.ndarray:
+    """Distances in float64."""
+    return hits.depth.numpy().astype(float) + hits.rest.numpy()

@@ -14,7 +14,7 @@ from fieldsim.launch import device_named, launch
 from fieldsim.render import bounds, layers
 from fieldsim.render.camera import Camera
 from fieldsim.render.candidates import TILE
-from fieldsim.render.hits import BALLS
+from fieldsim.render.hits import BALLS, exact_depth
 from fieldsim.render.smoothing import Smoother
 from fieldsim.render.solids_skeleton import MODES
 from fieldsim.render.stage import Band, Stage
@@ -120,7 +120,7 @@ class Renderer:
         hits = self._tracer.trace(stage, self._grid, "pixels")
         slot = self._slot.numpy()
         width, height = self.size
-        depth = hits.depth.numpy()[slot].reshape(height, width) * stage.unit
+        depth = exact_depth(hits)[slot].reshape(height, width) * stage.unit
         return np.where(depth < 0, np.inf, depth), hits.normal.numpy()[slot].reshape(height, width, 3)
 
     def layers(self, snapshot, camera: Camera) -> dict[str, np.ndarray]:

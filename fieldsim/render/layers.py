@@ -15,7 +15,7 @@ import numpy as np
 import warp as wp
 
 from fieldsim.errors import InputError
-from fieldsim.render.hits import BALLS, SOLIDS, Hits
+from fieldsim.render.hits import BALLS, SOLIDS, Hits, exact_depth
 
 LAYERS = ("depth", "normal", "weights", "steps")
 NOTHING, BODY, PARTICLE, SHAPE = range(4)
@@ -38,7 +38,7 @@ def collect(hits: Hits, slot, size, unit: float, snapshot) -> dict[str, np.ndarr
     """The layers of a picture of width and height `size` from hits, of which pixel k has the number slot[k]."""
     width, height = size
     of_pixels = lambda array: array.numpy()[slot]  # noqa: E731
-    depth, raw = of_pixels(hits.depth), of_pixels(hits.thing)
+    depth, raw = exact_depth(hits)[slot], of_pixels(hits.thing)
     bodies = np.array([k for k, body in enumerate(snapshot.world.bodies) if body.surface is not None], dtype=int)
     thing, owner = _owners(raw, bodies, snapshot)
     fields = of_pixels(hits.weights)[:, : len(bodies)]

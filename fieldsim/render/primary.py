@@ -143,6 +143,7 @@ def recorder(kinds_used, layered=False, polish=0.01):
             if wp.abs(move) <= _SMALL * limit:
                 break
         hits.depth[i] = float(t)
+        hits.rest[i] = float(t - wp.float64(hits.depth[i]))
         hits.normal[i] = side * wp.vec3(wp.normalize(slope))
         hits.lift[i] = 2.0e-3 * width
 
@@ -164,6 +165,7 @@ def recorder(kinds_used, layered=False, polish=0.01):
     ):
         hits.direction[i] = d
         hits.depth[i] = hit
+        hits.rest[i] = 0.0
         hits.thing[i] = -1
         hits.normal[i] = wp.vec3(0.0, 0.0, 0.0)
         if hit == OVERFLOW:

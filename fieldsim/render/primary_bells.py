@@ -18,8 +18,8 @@ from fieldsim.render.textures import color_at
 # Rows after the rays': points of the picture, and their tiles.
 _POINT, _TILE, _ROWS = int(lockstep.RAY_ROWS), int(lockstep.RAY_ROWS) + 2, int(lockstep.RAY_ROWS) + 3
 # Rows of what is seen: material's colour (3), factors of light (4), normal (3), depth, kernel's width, the material
-# itself, optics (4).
-_LOOK_ROWS = 17
+# itself, optics (4), what rounding leaves of the depth.
+_LOOK_ROWS = 18
 
 _EXACT_DIRECTION = """
 const V px = load(rays.data, POINT), py = load(rays.data, POINT + 1);
@@ -48,6 +48,7 @@ for (int lane = 0; lane < number; ++lane) {
     hits.direction.data[begin + lane] = wp::vec_t<3, float>(d[lane], d[WIDTH + lane], d[2 * WIDTH + lane]);
     hits.normal.data[begin + lane] = wp::vec_t<3, float>(0.0f);
     hits.depth.data[begin + lane] = -1.0f;
+    hits.rest.data[begin + lane] = 0.0f;
     hits.thing.data[begin + lane] = -1;
 }
 """
@@ -76,6 +77,7 @@ for (int lane = first; lane < last; ++lane) {
     hits.light.data[i] = wp::vec_t<4, float>(x[3 * WIDTH], x[4 * WIDTH], x[5 * WIDTH], x[6 * WIDTH]);
     hits.normal.data[i] = wp::vec_t<3, float>(x[7 * WIDTH], x[8 * WIDTH], x[9 * WIDTH]);
     hits.depth.data[i] = x[10 * WIDTH];
+    hits.rest.data[i] = x[17 * WIDTH];
     hits.lift.data[i] = 2.0e-3f * x[11 * WIDTH];
     hits.thing.data[i] = (int)x[12 * WIDTH];
     if (hits.optics.shape[0] > 0)
@@ -167,6 +169,7 @@ for (int step = 0; step < 3; ++step) {
         break;
 }
 store(seen.data, 10, narrow(t));
+store(seen.data, 17, narrow(t - wide(narrow(t))));
 return textured;
 """
 

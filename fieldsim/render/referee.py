@@ -169,7 +169,7 @@ def describe_kernel(kinds_used):
         scene: _Scene,
         seen: hermite.Scene,
         points: wp.array(dtype=wp.vec3d),
-        depths: wp.array(dtype=float),
+        depths: wp.array(dtype=wp.float64),
         normals: wp.array(dtype=wp.vec3),
         which: wp.array(dtype=int),
         hits: Hits,
@@ -177,7 +177,8 @@ def describe_kernel(kinds_used):
         n = start + wp.tid()
         i = which[n]
         p = points[n]
-        here = origin_of(i, hits) + depths[n] * hits.direction[i]
+        depth = float(depths[n])
+        here = origin_of(i, hits) + depth * hits.direction[i]
         f = wp.float64(0.0)
         color = wp.vec3(0.0, 0.0, 0.0)
         light = wp.vec4(0.0, 0.0, 0.0, 0.0)
@@ -195,7 +196,8 @@ def describe_kernel(kinds_used):
                 most = f_k
                 hits.thing[i] = m
                 hits.lift[i] = 2.0e-3 * seen.width[k]
-        hits.depth[i] = depths[n]
+        hits.depth[i] = depth
+        hits.rest[i] = float(depths[n] - wp.float64(depth))
         hits.normal[i] = normals[n]
         hits.color[i] = color / float(f)
         hits.light[i] = light / float(f)
@@ -264,7 +266,7 @@ class Referee:
         scene.rows, scene.kinds = self.rows, self.elements
         arrays = [
             wp.array(values, dtype=dtype, device=self.device)
-            for values, dtype in ((points, wp.vec3d), (depths, float), (normals, wp.vec3), (which, int))
+            for values, dtype in ((points, wp.vec3d), (depths, wp.float64), (normals, wp.vec3), (which, int))
         ]
         launch(describe_kernel(self.kinds), len(which), [scene, stage.scene, *arrays, hits], device=self.device)
 

@@ -241,6 +241,7 @@ def _describe(i: int, t: float, which: int, d: wp.vec3, pixel: float, shapes: Sh
     if within:
         n = -n
     hits.depth[i] = t
+    hits.rest[i] = 0.0
     hits.thing[i] = SOLIDS + shapes.label[which]
     hits.normal[i] = wp.transpose(shapes.turn[which]) * n
     hits.color[i] = color

@@ -17,6 +17,7 @@ _SCRATCH = 1 << 22  # intervals held in global memory at a time
 _HIT_FIELDS = {
     "direction": wp.vec3,
     "depth": float,
+    "rest": float,
     "thing": int,
     "normal": wp.vec3,
     "color": wp.vec3,

@@ -84,6 +84,6 @@ def behind_shape(i: int, light: int, hits: Hits):
     return hits.blocked[i, light] == wp.uint8(1)
 
 
-def exact_depth(hits: Hits) -> np.ndarray:
-    """Distances in float64."""
-    return hits.depth.numpy().astype(float) + hits.rest.numpy()
+def exact_depth(hits: Hits, count: int) -> np.ndarray:
+    """Distances of the first `count` hits in float64, (count,)."""
+    return hits.depth.numpy()[:count].astype(float) + hits.rest.numpy()[:count]

@@ -120,7 +120,7 @@ class Renderer:
         hits = self._tracer.trace(stage, self._grid, "pixels")
         slot = self._slot.numpy()
         width, height = self.size
-        depth = exact_depth(hits)[slot].reshape(height, width) * stage.unit
+        depth = exact_depth(hits, len(slot))[slot].reshape(height, width) * stage.unit
         return np.where(depth < 0, np.inf, depth), hits.normal.numpy()[slot].reshape(height, width, 3)
 
     def layers(self, snapshot, camera: Camera) -> dict[str, np.ndarray]:

@@ -38,7 +38,7 @@ def collect(hits: Hits, slot, size, unit: float, snapshot) -> dict[str, np.ndarr
     """The layers of a picture of width and height `size` from hits, of which pixel k has the number slot[k]."""
     width, height = size
     of_pixels = lambda array: array.numpy()[slot]  # noqa: E731
-    depth, raw = exact_depth(hits)[slot], of_pixels(hits.thing)
+    depth, raw = exact_depth(hits, len(slot))[slot], of_pixels(hits.thing)
     bodies = np.array([k for k, body in enumerate(snapshot.world.bodies) if body.surface is not None], dtype=int)
     thing, owner = _owners(raw, bodies, snapshot)
     fields = of_pixels(hits.weights)[:, : len(bodies)]

@@ -35,11 +35,11 @@ class Balls:
 class Hits:
     """What each sample sees.
 
-    depth: distance, negative for a miss; rest: what float32 leaves out of it; thing: -1 nothing, 0.. a material, from
-    BALLS on a particle, from SOLIDS on a hard shape; color: linear; light: factors of ambient, diffuse and specular
-    light, and the shininess; lift: how far above the hit shadow rays start; blocked (samples, lights): 1 where a hard
-    shape hides a light, empty without any; origin: where rays start, empty for those from the eye; optics: see `Scene`,
-    with 1 last where the ray was inside, empty where all is opaque and dull.
+    depth: distance, negative for a miss; rest: what float32 leaves out of it, or empty; thing: -1 nothing, 0.. a
+    material, from BALLS on a particle, from SOLIDS on a hard shape; color: linear; light: factors of ambient, diffuse
+    and specular light, and the shininess; lift: how far above the hit shadow rays start; blocked (samples, lights): 1
+    where a hard shape hides a light, empty without any; origin: where rays start, empty for those from the eye; optics:
+    see `Scene`, with 1 last where the ray was inside, empty where all is opaque and dull.
     For layers alone: work (samples, 2): see `hermite.Scene`; weights (samples, materials): the materials' fields there.
     """
 
@@ -84,6 +84,13 @@ def behind_shape(i: int, light: int, hits: Hits):
     return hits.blocked[i, light] == wp.uint8(1)
 
 
+@wp.func
+def write_rest(i: int, rest: float, hits: Hits):
+    """Write down what float32 leaves out of a depth, where that is asked for."""
+    if hits.rest.shape[0] > 0:
+        hits.rest[i] = rest
+
+
 def exact_depth(hits: Hits, count: int) -> np.ndarray:
-    """Distances of the first `count` hits in float64, (count,)."""
+    """Distances of the first `count` hits in float64, (count,), of which the rest was asked for."""
     return hits.depth.numpy()[:count].astype(float) + hits.rest.numpy()[:count]

@@ -117,7 +117,7 @@ class Renderer:
         """Distances along the rays through pixel centres (inf for a miss), (H, W), and unit normals, (H, W, 3)."""
         self._layout()
         stage = Stage(snapshot, camera.at(snapshot.time), self)
-        hits = self._tracer.trace(stage, self._grid, "pixels")
+        hits = self._tracer.trace(stage, self._grid, "pixels", exact=True)
         slot = self._slot.numpy()
         width, height = self.size
         depth = exact_depth(hits, len(slot))[slot].reshape(height, width) * stage.unit
@@ -127,7 +127,7 @@ class Renderer:
         """What the rays through pixel centres find: arrays by the names of `layers.LAYERS`, and `owner`."""
         self._layout()
         stage = Stage(snapshot, camera.at(snapshot.time), self)
-        hits = self._tracer.trace(stage, self._grid, "layers", layered=True)
+        hits = self._tracer.trace(stage, self._grid, "layers", exact=True, layered=True)
         return layers.collect(hits, self._slot.numpy(), self.size, stage.unit, snapshot)
 
     @property

@@ -9,7 +9,7 @@ import warp as wp
 from fieldsim.potentials import cells
 from fieldsim.render import hermite
 from fieldsim.render.candidates import TILE, Candidates, View, direction, exact_direction
-from fieldsim.render.hits import BALLS, Balls, Hits, origin_of
+from fieldsim.render.hits import BALLS, Balls, Hits, origin_of, write_rest
 from fieldsim.render.materials import factors
 from fieldsim.render.textures import color_at
 from fieldsim.render.volumes import pierce, pierce_sphere
@@ -143,7 +143,7 @@ def recorder(kinds_used, layered=False, polish=0.01):
             if wp.abs(move) <= _SMALL * limit:
                 break
         hits.depth[i] = float(t)
-        hits.rest[i] = float(t - wp.float64(hits.depth[i]))
+        write_rest(i, float(t - wp.float64(hits.depth[i])), hits)
         hits.normal[i] = side * wp.vec3(wp.normalize(slope))
         hits.lift[i] = 2.0e-3 * width
 
@@ -165,7 +165,7 @@ def recorder(kinds_used, layered=False, polish=0.01):
     ):
         hits.direction[i] = d
         hits.depth[i] = hit
-        hits.rest[i] = 0.0
+        write_rest(i, 0.0, hits)
         hits.thing[i] = -1
         hits.normal[i] = wp.vec3(0.0, 0.0, 0.0)
         if hit == OVERFLOW:

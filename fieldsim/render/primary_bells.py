@@ -48,7 +48,8 @@ for (int lane = 0; lane < number; ++lane) {
     hits.direction.data[begin + lane] = wp::vec_t<3, float>(d[lane], d[WIDTH + lane], d[2 * WIDTH + lane]);
     hits.normal.data[begin + lane] = wp::vec_t<3, float>(0.0f);
     hits.depth.data[begin + lane] = -1.0f;
-    hits.rest.data[begin + lane] = 0.0f;
+    if (hits.rest.shape[0] > 0)
+        hits.rest.data[begin + lane] = 0.0f;
     hits.thing.data[begin + lane] = -1;
 }
 """
@@ -77,7 +78,8 @@ for (int lane = first; lane < last; ++lane) {
     hits.light.data[i] = wp::vec_t<4, float>(x[3 * WIDTH], x[4 * WIDTH], x[5 * WIDTH], x[6 * WIDTH]);
     hits.normal.data[i] = wp::vec_t<3, float>(x[7 * WIDTH], x[8 * WIDTH], x[9 * WIDTH]);
     hits.depth.data[i] = x[10 * WIDTH];
-    hits.rest.data[i] = x[17 * WIDTH];
+    if (hits.rest.shape[0] > 0)
+        hits.rest.data[i] = x[17 * WIDTH];
     hits.lift.data[i] = 2.0e-3f * x[11 * WIDTH];
     hits.thing.data[i] = (int)x[12 * WIDTH];
     if (hits.optics.shape[0] > 0)

@@ -24,7 +24,7 @@ from fieldsim.potentials.plane import Plane
 from fieldsim.potentials.segment import Segment
 from fieldsim.potentials.triangle import Triangle
 from fieldsim.render import hermite, safe_steps
-from fieldsim.render.hits import Hits, origin_of
+from fieldsim.render.hits import Hits, origin_of, write_rest
 from fieldsim.render.materials import factors
 from fieldsim.render.textures import color_at
 
@@ -197,7 +197,7 @@ def describe_kernel(kinds_used):
                 hits.thing[i] = m
                 hits.lift[i] = 2.0e-3 * seen.width[k]
         hits.depth[i] = depth
-        hits.rest[i] = float(depths[n] - wp.float64(depth))
+        write_rest(i, float(depths[n] - wp.float64(depth)), hits)
         hits.normal[i] = normals[n]
         hits.color[i] = color / float(f)
         hits.light[i] = light / float(f)

@@ -16,7 +16,7 @@ from fieldsim.render import materials
 from fieldsim.render import solids_shapes as geometry
 from fieldsim.render.gather import CAMERA, SHADOW
 from fieldsim.render.hermite import FOREVER
-from fieldsim.render.hits import SOLIDS, Hits, Lights, above, origin_of
+from fieldsim.render.hits import SOLIDS, Hits, Lights, above, origin_of, write_rest
 from fieldsim.render.materials import RGB, factors, triple
 from fieldsim.render.solids_extents import boxes, smallest
 from fieldsim.render.solids_textures import checkered, on_shape
@@ -241,7 +241,7 @@ def _describe(i: int, t: float, which: int, d: wp.vec3, pixel: float, shapes: Sh
     if within:
         n = -n
     hits.depth[i] = t
-    hits.rest[i] = 0.0
+    write_rest(i, 0.0, hits)
     hits.thing[i] = SOLIDS + shapes.label[which]
     hits.normal[i] = wp.transpose(shapes.turn[which]) * n
     hits.color[i] = color

@@ -20,7 +20,6 @@ from fieldsim.errors import InputError
 from fieldsim.potentials import cells
 from fieldsim.render import hermite, lagrange, laguerre, numeric, safe_steps
 from fieldsim.render.candidates import TILE, Candidates
-from fieldsim.render.hits import exact_depth
 from fieldsim.render.referee import Referee
 
 
@@ -80,7 +79,7 @@ class SafeSteps(Solver):
         referee = Referee(stage.surface.elements, stage.lists.ids.device)
         depths, normals = referee.first_hits(stage.eye, directions)
         behind = hits.thing.numpy()[:count] != -1
-        far = np.where(behind, exact_depth(hits, count) * stage.unit, np.inf)
+        far = np.where(behind, hits.depth.numpy()[:count].astype(float) * stage.unit, np.inf)
         which = np.flatnonzero(depths < far)
         points = stage.eye + depths[which, None] * directions[which]
         referee.describe(hits, which, depths[which] / stage.unit, normals[which], points, stage)

@@ -17,7 +17,6 @@ _SCRATCH = 1 << 22  # intervals held in global memory at a time
 _HIT_FIELDS = {
     "direction": wp.vec3,
     "depth": float,
-    "rest": float,
     "thing": int,
     "normal": wp.vec3,
     "color": wp.vec3,
@@ -42,10 +41,10 @@ class Tracer:
         weight = wp.full(samples.shape[0], 1.0, dtype=float, device=self.device) if stage.optical else None
         return self._lit(stage, hits, samples.shape[0], weight, 0), hits
 
-    def trace(self, stage, samples, name, layered=False) -> Hits:
-        """What samples (N,) of the picture see; layered: with what `layers` tell."""
+    def trace(self, stage, samples, name, *, exact=False, layered=False) -> Hits:
+        """What samples (N,) of the picture see; exact: with the rest of depths; layered: with what `layers` tell."""
         count = samples.shape[0]
-        hits = self._buffers(name, count, stage)
+        hits = self._buffers(name, count, stage, exact)
         options = {"layered": True} if layered else self.solver.options
         if layered:
             layers.prepare(hits, count, stage.scene.materials.shape[0], self.device)
@@ -139,7 +138,7 @@ class Tracer:
             arguments = [stage.table, blockers, stage.lights, hits, key, ids, color, rays]
             self._launch_groups(shadows.cells_kernel(*kind), key.shape[0], arguments)
 
-    def _buffers(self, name, count, stage) -> Hits:
+    def _buffers(self, name, count, stage, exact=False) -> Hits:
         """Hits with room for `count` samples, kept under `name`."""
         hits = self._hits.get(name)
         if hits is None or hits.depth.shape[0] < count:
@@ -150,13 +149,15 @@ class Tracer:
                 setattr(hits, field, wp.empty(count, dtype=dtype, device=self.device))
             hits.origin = wp.empty(0, dtype=wp.vec3, device=self.device)
             hits.optics = wp.empty(0, dtype=wp.vec4, device=self.device)
+            hits.rest = wp.empty(0, dtype=float, device=self.device)
             hits.blocked = wp.empty((0, 0), dtype=wp.uint8, device=self.device)
             self._hits[name] = hits
         if stage.solids is None:
             hits.blocked = wp.empty((0, 0), dtype=wp.uint8, device=self.device)
-        room = hits.depth.shape[0] if stage.optical else 0
-        if hits.optics.shape[0] != room:
-            hits.optics = wp.empty(room, dtype=wp.vec4, device=self.device)
+        for field, dtype, wanted in (("optics", wp.vec4, stage.optical), ("rest", float, exact)):
+            room = hits.depth.shape[0] if wanted else 0
+            if getattr(hits, field).shape[0] != room:
+                setattr(hits, field, wp.empty(room, dtype=dtype, device=self.device))
         return hits
 
     def _launch_groups(self, kernel, count, arguments):

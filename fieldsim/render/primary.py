@@ -165,7 +165,6 @@ def recorder(kinds_used, layered=False, polish=0.01):
     ):
         hits.direction[i] = d
         hits.depth[i] = hit
-        write_rest(i, 0.0, hits)
         hits.thing[i] = -1
         hits.normal[i] = wp.vec3(0.0, 0.0, 0.0)
         if hit == OVERFLOW:

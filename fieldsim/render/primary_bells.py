@@ -48,8 +48,6 @@ for (int lane = 0; lane < number; ++lane) {
     hits.direction.data[begin + lane] = wp::vec_t<3, float>(d[lane], d[WIDTH + lane], d[2 * WIDTH + lane]);
     hits.normal.data[begin + lane] = wp::vec_t<3, float>(0.0f);
     hits.depth.data[begin + lane] = -1.0f;
-    if (hits.rest.shape[0] > 0)
-        hits.rest.data[begin + lane] = 0.0f;
     hits.thing.data[begin + lane] = -1;
 }
 """

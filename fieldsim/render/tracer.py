@@ -158,6 +158,7 @@ class Tracer:
             room = hits.depth.shape[0] if wanted else 0
             if getattr(hits, field).shape[0] != room:
                 setattr(hits, field, wp.empty(room, dtype=dtype, device=self.device))
+        hits.rest.zero_()
         return hits
 
     def _launch_groups(self, kernel, count, arguments):

@@ -16,7 +16,7 @@ from fieldsim.potentials import cells
 from fieldsim.render import hermite
 from fieldsim.render.gather import FULL, SHADOW, collect
 from fieldsim.render.hits import Balls, Hits, Lights, above
-from fieldsim.render.shading import ball_shadow, lit, unlit
+from fieldsim.render.shading import ball_shadow, lit, towards, unlit
 from fieldsim.render.sky import Sky
 from fieldsim.render.solids import Shapes, shape_light
 from fieldsim.render.textures import color_at
@@ -33,19 +33,18 @@ _ACROSS, _ROUND = wp.constant(0.7548776662466927), wp.constant(0.569840290998053
 def aimed(p: wp.vec3, light: int, k: int, i: int, lights: Lights):
     """(unit direction, distance) from p to the k-th point of a light, for sample i."""
     where = lights.where[light]
-    to = wp.vec3(where[0], where[1], where[2]) - where[3] * p
     size = lights.size[light]
     if size > 0.0:
         state = wp.rand_init(lights.seed * 4099 + light, i)
         turn = float(k) * _ROUND + wp.randf(state)
         share = float(k) * _ACROSS + wp.randf(state)
         out = size * wp.sqrt(share - wp.floor(share))
-        axis = wp.normalize(to)
+        axis, _distance = towards(p, where)
         other = wp.where(wp.abs(axis[0]) < 0.6, wp.vec3(1.0, 0.0, 0.0), wp.vec3(0.0, 1.0, 0.0))
         right = wp.normalize(wp.cross(axis, other))
-        to += out * (wp.cos(_TAU * turn) * right + wp.sin(_TAU * turn) * wp.cross(axis, right))
-    distance = wp.length(to)
-    return to / distance, wp.where(where[3] > 0.0, distance, hermite.FOREVER)
+        aside = out * (wp.cos(_TAU * turn) * right + wp.sin(_TAU * turn) * wp.cross(axis, right))
+        where = where + wp.vec4(aside[0], aside[1], aside[2], 0.0)
+    return towards(p, where)
 
 
 @functools.cache

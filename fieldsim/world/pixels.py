@@ -35,7 +35,8 @@ class Pixels:
         import imageio.v3 as imageio
 
         try:
-            image = imageio.imread(self._path)
+            # By name: others would be tried on what is no picture, some with a warning.
+            image = imageio.imread(self._path, plugin="pillow")
         except (OSError, ValueError, RuntimeError) as reason:
             raise InputError(f"{self._owner}: image {str(self._path)!r} cannot be read: {reason}") from None
         return _linear(self._owner, image)

@@ -283,19 +283,23 @@ _SEARCH = """
 // From the node t, which is below, to t_e; a fresh t_e has nothing before it.
 V g = 0.0f, s = 0.0f, bend = 0.0f, length = FOREVER, t_e = t, tries = 0.0f;
 V right = t, g_right = 0.0f, s_right = 0.0f;
-C fresh = looking, rooting = looking & !looking;
+C fresh = looking, rooting = looking & !looking, ends = blocked;
 for (int k = 0; k < MOST && any(looking); ++k) {
     V g_e, s_e, bend_e, rest;
     total(t_e, g_e, s_e, bend_e, rest);
-    // Where one bell alone is opaque, rounding has no say.
-    g_e = (blocked & (t_e >= end)) ? most(g_e, (V)0.0f) : g_e;
+    // Where the ray is known to end in something, rounding has no say.
+    g_e = (ends & (t_e >= end)) ? most(g_e, (V)0.0f) : g_e;
     // A shadow's ray is known to start outside, if only just.
     g_e = (fresh & (t_e <= 0.0f) & (far < (SHADOW ? 2.0f * FOREVER : -1.0f))) ? least(g_e, (V)-ON_SURFACE) : g_e;
     // On the bracket's edge, where one bell is alone, or a start inside.
     const C edge = looking & fresh & (g_e >= -CUT);
     hit = edge ? (t_e > 0.0f ? t_e : (V)GIVEN_UP) : hit;
     looking = looking & !edge;
-    const C below = g_e < 0.0f, passed = looking & !rooting & below;
+    const C below = g_e < 0.0f;
+    // The ray may have been through something and out of it again, and in once more where it rises above.
+    C passed = looking & !rooting & below;
+    if (!SHADOW)
+        passed = looking & !rooting & (below | (s_e > 0.0f));
     C split = passed & !passed;
     V between = t_e;
     if (any(passed & !fresh)) {
@@ -303,24 +307,29 @@ for (int k = 0; k < MOST && any(looking); ++k) {
         split = passed & !fresh & (u * h > 0.02f * length) & (tries < (float)SPLITS);
         between = t + u * h;
     }
-    const C on = passed & !split;
+    const C on = passed & below & !split;
     // Close to a root that is sure to be there: the log of F bends by twice the sharpness at most.
     const C sure = (s_e > 0.0f) & (s_e * s_e > 4.0f * sharpness * size(g_e)) & !split & !fresh;
-    const C near_root = looking & (((rooting | sure) & (size(g_e) < CLOSE)) | (rooting & (tries > (float)TRIES)));
-    const V last = least(most(t_e - g_e / most(s_e, (V)1.0e-20f), t), rooting ? right : end);
+    const C near_root = looking & ((sure & (size(g_e) < CLOSE)) | (rooting & (tries > (float)TRIES)));
+    // The nearer root of a parabola: at a grazing ray a line would fall short of it.
+    const V parabola = -2.0f * g_e / most(s_e + root(s_e * s_e - 2.0f * g_e * bend_e), (V)1.0e-20f);
+    const V last = least(most(t_e + parabola, t), rooting ? right : end);
     hit = near_root ? (s_e > 0.0f ? last : t_e) : hit;
-    looking = looking & !near_root & !(on & ((t_e >= end) | ((rest < 1.0f - CUT) & !blocked)));
+    looking = looking & !near_root & !(on & ((t_e >= end) | ((rest < 1.0f - CUT) & !ends)));
     // Which end of the bracket moves here.
     const C forward = on | (rooting & below);
     t = forward ? t_e : t;
     g = forward ? g_e : g;
     s = forward ? s_e : s;
     bend = forward ? bend_e : bend;
-    right = below ? right : t_e;
-    g_right = below ? g_right : g_e;
-    s_right = below ? s_right : s_e;
+    const C behind = !below & !split;
+    right = behind ? t_e : right;
+    g_right = behind ? g_e : g_right;
+    s_right = behind ? s_e : s_right;
     tries = (split | rooting) ? tries + 1.0f : (V)0.0f;
-    rooting = rooting | !below;
+    rooting = rooting | behind;
+    end = (split & !below) ? t_e : end;
+    ends = ends | (split & !below);
     t_e = split ? between : t_e;
     fresh = fresh & !fresh;
     if (any(looking & rooting)) {
@@ -336,8 +345,8 @@ for (int k = 0; k < MOST && any(looking); ++k) {
         if (k % 2 == 1) {
             V begin = t, last_end = end;
             bracket(begin, last_end);
-            end = on ? last_end : end;
-            looking = looking & !(on & (begin > end));
+            end = (on & !ends) ? last_end : end;
+            looking = looking & !(on & (begin > end) & !ends);
             fresh = on & (begin > t_e);
             t_e = on ? least(most(begin, t_e), end) : t_e;
         }

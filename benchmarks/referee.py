@@ -41,7 +41,8 @@ def _row(scene, what, value, unit):
 
 
 def _dropouts(scene: object, snapshot: fs.Snapshot) -> int:
-    """Pixels in all the random views that differ away from silhouettes."""
+    """Pixels in all the random views that differ away from silhouettes, in hit or miss or in which surface is hit."""
     rng = np.random.default_rng(1)
     views = (scene.from_anywhere(rng) for _ in range(VIEWS))
-    return sum(compare_depths(snapshot, camera, size=VIEW_SIZE).dropouts for camera in views)
+    seen = (compare_depths(snapshot, camera, size=VIEW_SIZE) for camera in views)
+    return sum(one.dropouts + one.leaps for one in seen)

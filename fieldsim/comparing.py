@@ -65,6 +65,11 @@ class Comparison:
         """Pixels that differ in hit or miss away from silhouettes: holes, or surface where there is none."""
         return int((self.mismatched & ~self.silhouette).sum())
 
+    @property
+    def leaps(self) -> int:
+        """Pixels away from silhouettes where both hit, but a hundredth of the radius apart: not the same surface."""
+        return int((self.error[~self.silhouette] > 0.01).sum())
+
     def __str__(self):
         both = self.error[np.isfinite(self.error)]
         largest, median = (both.max(), np.median(both)) if len(both) else (0.0, 0.0)

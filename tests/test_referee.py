@@ -146,3 +146,4 @@ def test_no_dropouts_from_anywhere(name):
         seen = compare_depths(snapshot, scene.from_anywhere(rng), size=(48, 48))
         assert seen.mismatched.sum() <= 2
         assert seen.dropouts == 0
+        assert seen.leaps == 0

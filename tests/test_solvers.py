@@ -173,3 +173,5 @@ def test_silhouettes_and_dropouts_of_a_comparison():
     assert make((edge, flat), (1.0, 1.0), 0.1).dropouts == 0
     assert make((edge, flat), (1.0, 1.0), 0.1).mismatched.sum() == 1
     assert make((flat + 0.01, flat), (1.0, 1.0), 0.1).inner_error == pytest.approx(0.1)
+    assert make((flat + 0.01, flat), (1.0, 1.0), 0.1).leaps == 9 * 5  # without the column beside the edge
+    assert make((flat + 0.0009, flat), (1.0, 1.0), 0.1).leaps == 0

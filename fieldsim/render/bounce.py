@@ -5,7 +5,7 @@ lights' and the sky's. The second is tinted as it enters and bent by Snell's law
 all of it beyond the critical angle. Whitted 1980; Born & Wolf 1999, 1.5.
 """
 
-# ruff: noqa: UP018, RUF046 - float(0.0) makes a variable that Warp lets a branch change
+# ruff: noqa: UP018, RUF046 - float(0.0) and int(0) make variables that Warp lets a branch change
 
 import functools
 
@@ -80,6 +80,15 @@ def worth(start: int, share: wp.array(dtype=wp.vec3), weight: wp.array(dtype=flo
     follow[i] = wp.where(weight[i] * wp.max(share[i]) > _FAINT, 1, 0)
 
 
+@wp.func
+def _slot_of(i: int, slots: wp.array(dtype=int)):
+    """The slot of the ray that hit i sends on, -1 for none; slots: how many the hits up to each one send."""
+    before = int(0)
+    if i > 0:
+        before = slots[i - 1]
+    return wp.where(slots[i] > before, before, -1)
+
+
 @wp.kernel(enable_backward=False)
 def send(
     start: int,
@@ -93,20 +102,18 @@ def send(
 ):
     """Start the rays that are worth it, each into its slot."""
     i = start + wp.tid()
-    before = int(0)
-    if i > 0:
-        before = slot[i - 1]
-    if slot[i] == before:
+    k = _slot_of(i, slot)
+    if k < 0:
         return
     d = hits.direction[i]
     n = hits.normal[i]
     if ray == REFLECTED:
-        onward.origin[before] = above(i, hits)
-        onward.direction[before] = wp.normalize(d - 2.0 * wp.dot(d, n) * n)
+        onward.origin[k] = above(i, hits)
+        onward.direction[k] = wp.normalize(d - 2.0 * wp.dot(d, n) * n)
     else:
-        onward.origin[before] = origin_of(i, hits) + hits.depth[i] * d - hits.lift[i] * n
-        onward.direction[before] = refracted(d, n, _ratio(hits.optics[i]))
-    onward_weight[before] = weight[i] * wp.max(share[i])
+        onward.origin[k] = origin_of(i, hits) + hits.depth[i] * d - hits.lift[i] * n
+        onward.direction[k] = refracted(d, n, _ratio(hits.optics[i]))
+    onward_weight[k] = weight[i] * wp.max(share[i])
 
 
 @wp.kernel(enable_backward=False)
@@ -119,16 +126,14 @@ def bring_back(
 ):
     """Add what the rays found, each times its share."""
     i = start + wp.tid()
-    before = int(0)
-    if i > 0:
-        before = slot[i - 1]
-    if slot[i] != before:
-        color[i] = color[i] + wp.cw_mul(share[i], found[before])
+    k = _slot_of(i, slot)
+    if k >= 0:
+        color[i] = color[i] + wp.cw_mul(share[i], found[k])
 
 
 @functools.cache
 def ray_kernel(kinds_used, in_scratch=False):
-    """The kernel that traces rays from `Hits.origin`. in_scratch: see `shading.shade_kernel`."""
+    """The kernel that traces rays from `Hits.origin`. in_scratch: see `shading.kernel_around`."""
     sweep = hermite.first_hit(kinds_used)
     record = recorder(kinds_used)
 

@@ -3,6 +3,8 @@
 import numpy as np
 import warp as wp
 
+from fieldsim.render.hermite import FOREVER
+
 
 @wp.struct
 class Lights:
@@ -74,6 +76,14 @@ def origin_of(i: int, hits: Hits):
 def above(i: int, hits: Hits):
     """The place that a sample sees, a little on this side of the surface: where rays towards lights start."""
     return origin_of(i, hits) + hits.depth[i] * hits.direction[i] + hits.lift[i] * hits.normal[i]
+
+
+@wp.func
+def towards(p: wp.vec3, where: wp.vec4):
+    """(unit direction, distance) of a light from p."""
+    to = wp.vec3(where[0], where[1], where[2]) - where[3] * p
+    distance = wp.length(to)
+    return to / distance, wp.where(where[3] > 0.0, distance, FOREVER)
 
 
 @wp.func

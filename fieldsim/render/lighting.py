@@ -15,8 +15,8 @@ import warp as wp
 from fieldsim.potentials import cells
 from fieldsim.render import hermite
 from fieldsim.render.gather import FULL, SHADOW, collect
-from fieldsim.render.hits import Balls, Hits, Lights, above
-from fieldsim.render.shading import ball_shadow, lit, towards, unlit
+from fieldsim.render.hits import Balls, Hits, Lights, above, towards
+from fieldsim.render.shading import ball_shadow, kernel_around, lit, unlit
 from fieldsim.render.sky import Sky
 from fieldsim.render.solids import Shapes, shape_light
 from fieldsim.render.textures import color_at
@@ -49,7 +49,7 @@ def aimed(p: wp.vec3, light: int, k: int, i: int, lights: Lights):
 
 @functools.cache
 def shade_kernel(kinds_used, in_scratch=False):
-    """The kernel that shades hits. in_scratch: see `shading.shade_kernel`."""
+    """The kernel that shades hits; in_scratch: see `shading.kernel_around`."""
     sweep = hermite.first_hit(kinds_used)
     element = cells.element_field(kinds_used).warp(wp.float32)
 
@@ -185,48 +185,4 @@ def shade_kernel(kinds_used, in_scratch=False):
         color[i] = result
         rays[i] = cast
 
-    if in_scratch:
-
-        @wp.kernel(module="unique", enable_backward=False)
-        def shade_in_scratch(
-            start: int,
-            scene: hermite.Scene,
-            tree: wp.uint64,
-            balls: Balls,
-            shapes: Shapes,
-            lights: Lights,
-            sky: Sky,
-            which: wp.array(dtype=int),
-            hits: Hits,
-            color: wp.array(dtype=wp.vec3),
-            rays: wp.array(dtype=int),
-            ids: wp.array2d(dtype=int),
-            t0s: wp.array2d(dtype=float),
-            t1s: wp.array2d(dtype=float),
-        ):
-            k = start + wp.tid()
-            i = which[k]
-            shade(i, scene, tree, balls, shapes, lights, sky, hits, color, rays, ids[k], t0s[k], t1s[k], ids.shape[1])
-
-        return shade_in_scratch
-
-    @wp.kernel(module="unique", enable_backward=False)
-    def shade_hits(
-        start: int,
-        scene: hermite.Scene,
-        tree: wp.uint64,
-        balls: Balls,
-        shapes: Shapes,
-        lights: Lights,
-        sky: Sky,
-        hits: Hits,
-        color: wp.array(dtype=wp.vec3),
-        rays: wp.array(dtype=int),
-    ):
-        i = start + wp.tid()
-        ids = wp.zeros(shape=_ROOM, dtype=int)
-        t0s = wp.zeros(shape=_ROOM, dtype=float)
-        t1s = wp.zeros(shape=_ROOM, dtype=float)
-        shade(i, scene, tree, balls, shapes, lights, sky, hits, color, rays, ids, t0s, t1s, _ROOM)
-
-    return shade_hits
+    return kernel_around(shade, in_scratch)

@@ -10,8 +10,9 @@ import warp as wp
 
 from fieldsim.render import hermite
 from fieldsim.render.gather import BLOCKED, FULL, SHADOW, collect
-from fieldsim.render.hits import Balls, Hits, Lights, above, behind_shape
+from fieldsim.render.hits import Balls, Hits, Lights, above, behind_shape, towards
 from fieldsim.render.sky import Sky, background
+from fieldsim.render.solids import Shapes
 from fieldsim.render.volumes import pierce_sphere
 from fieldsim.world.light import DirectionalLight
 
@@ -40,14 +41,6 @@ def unlit(i: int, hits: Hits, sky: Sky):
     u = 0.5 + 0.5 * hits.normal[i][2]
     ambient = sky.ambient_bottom + u * (sky.ambient_top - sky.ambient_bottom)
     return hits.light[i][0] * wp.cw_mul(hits.color[i], ambient)
-
-
-@wp.func
-def towards(p: wp.vec3, where: wp.vec4):
-    """(unit direction, distance) of a light from p."""
-    to = wp.vec3(where[0], where[1], where[2]) - where[3] * p
-    distance = wp.length(to)
-    return to / distance, wp.where(where[3] > 0.0, distance, hermite.FOREVER)
 
 
 @wp.func
@@ -81,9 +74,61 @@ def lights_of(lights, eye, unit, shadows, device) -> Lights:
     return result
 
 
+def kernel_around(shade, in_scratch):
+    """The kernel of a function that shades a sample.
+
+    in_scratch: intervals live in global memory, with room for all elements, and only some samples are shaded.
+    """
+    if in_scratch:
+
+        @wp.kernel(module="unique", enable_backward=False)
+        def shade_in_scratch(
+            start: int,
+            scene: hermite.Scene,
+            tree: wp.uint64,
+            balls: Balls,
+            shapes: Shapes,
+            lights: Lights,
+            sky: Sky,
+            which: wp.array(dtype=int),
+            hits: Hits,
+            color: wp.array(dtype=wp.vec3),
+            rays: wp.array(dtype=int),
+            ids: wp.array2d(dtype=int),
+            t0s: wp.array2d(dtype=float),
+            t1s: wp.array2d(dtype=float),
+        ):
+            k = start + wp.tid()
+            i = which[k]
+            shade(i, scene, tree, balls, shapes, lights, sky, hits, color, rays, ids[k], t0s[k], t1s[k], ids.shape[1])
+
+        return shade_in_scratch
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def shade_hits(
+        start: int,
+        scene: hermite.Scene,
+        tree: wp.uint64,
+        balls: Balls,
+        shapes: Shapes,
+        lights: Lights,
+        sky: Sky,
+        hits: Hits,
+        color: wp.array(dtype=wp.vec3),
+        rays: wp.array(dtype=int),
+    ):
+        i = start + wp.tid()
+        ids = wp.zeros(shape=_ROOM, dtype=int)
+        t0s = wp.zeros(shape=_ROOM, dtype=float)
+        t1s = wp.zeros(shape=_ROOM, dtype=float)
+        shade(i, scene, tree, balls, shapes, lights, sky, hits, color, rays, ids, t0s, t1s, _ROOM)
+
+    return shade_hits
+
+
 @functools.cache
 def shade_kernel(kinds_used, in_scratch=False):
-    """The kernel that shades hits. in_scratch: intervals live in global memory, with room for all elements."""
+    """The kernel that shades hits; in_scratch: see `kernel_around`."""
     sweep = hermite.first_hit(kinds_used)
 
     @wp.func
@@ -113,6 +158,7 @@ def shade_kernel(kinds_used, in_scratch=False):
         scene: hermite.Scene,
         tree: wp.uint64,
         balls: Balls,
+        _shapes: Shapes,
         lights: Lights,
         sky: Sky,
         hits: Hits,
@@ -145,46 +191,4 @@ def shade_kernel(kinds_used, in_scratch=False):
         color[i] = result
         rays[i] = cast
 
-    if in_scratch:
-
-        @wp.kernel(module="unique", enable_backward=False)
-        def shade_in_scratch(
-            start: int,
-            scene: hermite.Scene,
-            tree: wp.uint64,
-            balls: Balls,
-            lights: Lights,
-            sky: Sky,
-            which: wp.array(dtype=int),
-            hits: Hits,
-            color: wp.array(dtype=wp.vec3),
-            rays: wp.array(dtype=int),
-            ids: wp.array2d(dtype=int),
-            t0s: wp.array2d(dtype=float),
-            t1s: wp.array2d(dtype=float),
-        ):
-            k = start + wp.tid()
-            i = which[k]
-            shade(i, scene, tree, balls, lights, sky, hits, color, rays, ids[k], t0s[k], t1s[k], ids.shape[1])
-
-        return shade_in_scratch
-
-    @wp.kernel(module="unique", enable_backward=False)
-    def shade_hits(
-        start: int,
-        scene: hermite.Scene,
-        tree: wp.uint64,
-        balls: Balls,
-        lights: Lights,
-        sky: Sky,
-        hits: Hits,
-        color: wp.array(dtype=wp.vec3),
-        rays: wp.array(dtype=int),
-    ):
-        i = start + wp.tid()
-        ids = wp.zeros(shape=_ROOM, dtype=int)
-        t0s = wp.zeros(shape=_ROOM, dtype=float)
-        t1s = wp.zeros(shape=_ROOM, dtype=float)
-        shade(i, scene, tree, balls, lights, sky, hits, color, rays, ids, t0s, t1s, _ROOM)
-
-    return shade_hits
+    return kernel_around(shade, in_scratch)

@@ -16,10 +16,10 @@ from fieldsim.launch import launch
 from fieldsim.render import hermite, lockstep
 from fieldsim.render.bells import Bells
 from fieldsim.render.candidates import sorted_lists
-from fieldsim.render.hits import Balls, Hits, Lights, above, behind_shape
+from fieldsim.render.hits import Balls, Hits, Lights, above, behind_shape, towards
 from fieldsim.render.lanes import OPTIONS, group_of
 from fieldsim.render.packing import picked
-from fieldsim.render.shading import ball_shadow, lit, towards, unlit
+from fieldsim.render.shading import ball_shadow, lit, unlit
 from fieldsim.render.sky import Sky
 
 _MOST = 256  # cells along a side of a grid

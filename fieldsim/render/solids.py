@@ -16,7 +16,7 @@ from fieldsim.render import materials
 from fieldsim.render import solids_shapes as geometry
 from fieldsim.render.gather import CAMERA, SHADOW
 from fieldsim.render.hermite import FOREVER
-from fieldsim.render.hits import SOLIDS, Hits, Lights, above, origin_of, write_rest
+from fieldsim.render.hits import SOLIDS, Hits, Lights, above, origin_of, towards, write_rest
 from fieldsim.render.materials import RGB, factors, triple
 from fieldsim.render.solids_extents import boxes, smallest
 from fieldsim.render.solids_textures import checkered, on_shape
@@ -281,15 +281,14 @@ def _overlay(
         left_out = _describe(i, t, which, d, pixel, shapes, hits)
     elif hits.thing[i] == -1:
         return
+    if blocked.shape[0] == 0:
+        return
     p = above(i, hits)
     for k in range(lights.where.shape[0]):
-        w = lights.where[k]
-        to = wp.vec3(w[0], w[1], w[2]) - w[3] * p
-        distance = wp.length(to)
+        toward, end = towards(p, lights.where[k])
         blocked[i, k] = wp.uint8(0)
-        if lights.shadows[k] == 1 and wp.dot(to, hits.normal[i]) > 0.0:
-            end = wp.where(w[3] > 0.0, distance, FOREVER)
-            if shape_shadow(p, to / distance, end, left_out, shapes):
+        if lights.shadows[k] == 1 and wp.dot(toward, hits.normal[i]) > 0.0:
+            if shape_shadow(p, toward, end, left_out, shapes):
                 blocked[i, k] = wp.uint8(1)
 
 
@@ -325,9 +324,9 @@ class SolidStage:
             self._tree = wp.Bvh(*ends)
             self.shapes.tree = self._tree.id
 
-    def overlay(self, hits: Hits, lights: Lights, pixel: float, count: int, ray=CAMERA):
-        """Put the shapes over the first `count` hits of this kind of rays, and find which lights they hide."""
-        shape = hits.depth.shape[0], max(lights.where.shape[0], 1)
+    def overlay(self, hits: Hits, lights: Lights, pixel: float, count: int, ray=CAMERA, *, hide=True):
+        """Put the shapes over the first `count` hits of this kind of rays; hide: and find which lights they hide."""
+        shape = (hits.depth.shape[0], max(lights.where.shape[0], 1)) if hide else (0, 0)
         if hits.blocked.shape != shape:
             hits.blocked = wp.empty(shape, dtype=wp.uint8, device=self.device)
         launch(_overlay, count, [pixel, ray, self.shapes, lights, hits, hits.blocked], device=self.device)

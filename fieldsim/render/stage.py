@@ -73,20 +73,21 @@ class Stage:
         self.shadows = renderer.shadows and any(light.shadows for light in snapshot.world.lights)
         # Whether shadows are more than a yes or a no of everything.
         self.subtle = self.shadows and (wide or any(m.transmission or m.visible_to != RAYS for m in all_materials))
-        needed = self.shadows or self.optical
+        # Whether rays leave surfaces again.
+        self._wandering = self.shadows or self.optical
         if self.bells and not self.subtle:
             self.blockers = shadows.blockers_of(self.lights, bounded, self, device)
         self.balls = Balls()
         self.balls.center = ball_shapes.start
         self.balls.radius = ball_shapes.radius
         self.balls.color = wp.array(colors, dtype=wp.vec3, device=device)
-        self.balls.tree = self._tree(centers, centers, radii, device) if needed else wp.uint64(0)
+        self.balls.tree = self._tree(centers, centers, radii, device) if self._wandering else wp.uint64(0)
 
     @functools.cached_property
     def tree(self):
         """A tree of all elements, for rays that come from anywhere."""
         bounded = self.bounded
-        if not (self.shadows or self.optical):
+        if not self._wandering:
             return wp.uint64(0)
         return self._tree(bounded.start, bounded.end, bounded.radius, self.device)
 

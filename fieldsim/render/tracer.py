@@ -71,7 +71,8 @@ class Tracer:
     def _finished(self, stage, hits, count, ray):
         self.rays += count
         if stage.solids is not None:
-            stage.solids.overlay(hits, stage.lights, stage.view.pixel, count, ray)
+            # Subtle light asks the shapes itself.
+            stage.solids.overlay(hits, stage.lights, stage.view.pixel, count, ray, hide=not stage.subtle)
         return hits
 
     def _lit(self, stage, hits, count, weight, depth):
@@ -109,28 +110,26 @@ class Tracer:
         """Colours under the lights alone."""
         color = wp.empty(count, dtype=wp.vec3, device=self.device)
         rays = wp.empty(count, dtype=int, device=self.device)
-        light = [stage.balls, stage.lights, stage.sky]
-        kernel_of = shading.shade_kernel
-        if stage.subtle:
-            light.insert(1, stage.shapes)
-            kernel_of = lighting.shade_kernel
+        kernel_of = lighting.shade_kernel if stage.subtle else shading.shade_kernel
+        light = [stage.balls, stage.shapes, stage.lights, stage.sky]
         if stage.bells and not stage.subtle:
-            self._shade_bells(stage, light, hits, color, rays)
+            self._shade_bells(stage, hits, color, rays)
         else:
             inputs = [stage.scene, stage.tree, *light, hits, color, rays]
             launch(kernel_of(stage.kinds), count, inputs, device=self.device)
         late = np.flatnonzero(rays.numpy() < 0)
         if len(late):
+            # A tree is built when it is asked for.
             inputs = [stage.scene, stage.tree, *light]
             self._launch_late(kernel_of(stage.kinds, True), late, stage, inputs, [hits, color, rays])
         self.rays += int(rays.numpy().sum())
         return color
 
-    def _shade_bells(self, stage, light, hits, color, rays):
+    def _shade_bells(self, stage, hits, color, rays):
         """The same for surfaces that are made of bells."""
         blockers, kind = stage.blockers, (stage.bells, self._lanes)
         cell = wp.empty((blockers.light.shape[0], color.shape[0]), dtype=int, device=self.device)
-        arguments = [stage.table, blockers, *light, hits, color, rays, cell]
+        arguments = [stage.table, blockers, stage.balls, stage.lights, stage.sky, hits, color, rays, cell]
         kernel = shadows.shade_kernel(*kind, bool(blockers.tree))
         self._launch_groups(kernel, color.shape[0], arguments)
         if cell.shape[0]:

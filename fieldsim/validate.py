@@ -1,31 +1,179 @@
-"""Checks of values that users give. Each names the object, the value and the remedy."""
+"""The gate: checks of everything that users give. Each names the object, the value and the remedy.
+
+One function a kind of value, called where the value enters (a constructor, a public function) and nowhere behind. All
+raise `InputError`, whatever is given: no value ends in an exception of Python's or NumPy's own.
+
+Numbers are real numbers. What NumPy would convert by dropping a meaning is refused: the imaginary part of complex
+numbers, what a mask hides, dates, truths, strings, and units (`unit` or `units` of astropy, pint and unyt).
+"""
+
+import os
+import pathlib
+import reprlib
+import traceback
 
 import numpy as np
 
-from fieldsim.errors import InputError
+from fieldsim.errors import FieldsimError, InputError
+
+_PACKAGE = os.path.dirname(os.path.abspath(__file__)) + os.sep
+
+_short = reprlib.Repr()
+_short.maxstring = _short.maxother = 100
+
+# Words for arrays of numbers that would lose a meaning as real ones, by NumPy's kind of dtype.
+_MEANINGS = {
+    "b": "truths",
+    "c": "complex numbers",
+    "M": "dates",
+    "m": "spans of time",
+    "U": "strings",
+    "S": "strings",
+    "V": "records",
+}
 
 
-def number(owner: str, name: str, value, *, above=None, at_least=None) -> float:
-    """`value` as a finite float above `above` (or at least `at_least`)."""
+def shown(value) -> str:
+    """`value` as it stands in a message: its repr, shortened."""
     try:
-        result = float(value)
-    except (TypeError, ValueError):
-        raise InputError(f"{owner}: {name} is {value!r}; give a number") from None
+        return _short.repr(value)
+    except Exception:
+        return f"an object of {type(value).__name__} without a repr"
+
+
+def number(owner: str, name: str, value, *, above=None, at_least=None, below=None, at_most=None) -> float:
+    """`value` as a finite float within the limits given."""
+    array = _reals(owner, name, value, "give a number")
+    if array.ndim:
+        raise InputError(f"{owner}: {name} is {shown(value)}; give a number")
+    result = float(array)
     if not np.isfinite(result):
         raise InputError(f"{owner}: {name} is {result}; give a finite number")
-    if above is not None and not result > above:
-        raise InputError(f"{owner}: {name} is {result:g}; give a number above {above:g}")
-    if at_least is not None and not result >= at_least:
-        raise InputError(f"{owner}: {name} is {result:g}; give a number of at least {at_least:g}")
+    _within(owner, name, result, "number", above, at_least, below, at_most)
     return result
+
+
+def whole(owner: str, name: str, value, *, at_least=None, at_most=None) -> int:
+    """`value` as an int within the limits given; a float with nothing after its point is one, too."""
+    result = number(owner, name, value)
+    if result != int(result):
+        raise InputError(f"{owner}: {name} is {shown(value)}; give a whole number")
+    _within(owner, name, int(result), "whole number", None, at_least, None, at_most)
+    return int(result)
+
+
+def _within(owner, name, result, noun, above, at_least, below, at_most):
+    if above is not None and not result > above:
+        raise InputError(f"{owner}: {name} is {result:g}; give a {noun} above {above:g}")
+    if at_least is not None and not result >= at_least:
+        raise InputError(f"{owner}: {name} is {result:g}; give a {noun} of at least {at_least:g}")
+    if below is not None and not result < below:
+        raise InputError(f"{owner}: {name} is {result:g}; give a {noun} below {below:g}")
+    if at_most is not None and not result <= at_most:
+        raise InputError(f"{owner}: {name} is {result:g}; give a {noun} of at most {at_most:g}")
+
+
+def flag(owner: str, name: str, value) -> bool:
+    """`value` as True or False."""
+    if not isinstance(value, bool | np.bool_):
+        raise InputError(f"{owner}: {name} is {shown(value)}; give True or False")
+    return bool(value)
+
+
+def text(owner: str, name: str, value) -> str:
+    """`value`, a string."""
+    if not isinstance(value, str):
+        raise InputError(f"{owner}: {name} is {shown(value)}; give a string")
+    return value
+
+
+def choice(owner: str, name: str, value, choices) -> str:
+    """`value`, one of the strings `choices`."""
+    if not isinstance(value, str) or value not in choices:
+        *first, last = (repr(choice) for choice in choices)
+        raise InputError(
+            f"{owner}: {name} is {shown(value)}; give {', '.join(first)} or {last}"
+            if first
+            else f"{owner}: {name} is {shown(value)}; give {last}"
+        )
+    return value
+
+
+def instance(owner: str, name: str, value, kinds, remedy: str):
+    """`value`, an instance of `kinds` (a class, a union or a tuple of classes); remedy: "give a fs.Camera"."""
+    if not isinstance(value, kinds):
+        raise InputError(f"{owner}: {name} is {shown(value)}; {remedy}")
+    return value
+
+
+def instances(owner: str, name: str, value, kinds, remedy: str) -> tuple:
+    """`value`, a sequence (no single one) of instances of `kinds`, as a tuple."""
+    if isinstance(value, kinds) or isinstance(value, str | bytes):
+        raise InputError(f"{owner}: {name} is {shown(value)}; give a list of such; {remedy}")
+    items = listed(owner, name, value, remedy)
+    for index, item in enumerate(items):
+        instance(owner, f"{name}[{index}]", item, kinds, remedy)
+    return items
+
+
+def listed(owner: str, name: str, value, remedy: str = "give a list") -> tuple:
+    """The items of an iterable `value` as a tuple."""
+    try:
+        return tuple(value)
+    except Exception:
+        raise InputError(f"{owner}: {name} is {shown(value)}; {remedy}") from None
+
+
+def function(owner: str, name: str, value, remedy: str = "give a function"):
+    """`value`, something that can be called."""
+    if not callable(value):
+        raise InputError(f"{owner}: {name} is {shown(value)}; {remedy}")
+    return value
+
+
+def path(owner: str, name: str, value) -> pathlib.Path:
+    """`value` as the path of a file or folder: a string or an `os.PathLike`, not empty, without zero characters."""
+    try:
+        result = os.fspath(value)
+    except TypeError:
+        raise InputError(f"{owner}: {name} is {shown(value)}; give the path of a file") from None
+    if not isinstance(result, str) or not result or "\0" in result:
+        raise InputError(f"{owner}: {name} is {shown(value)}; give the path of a file as a string")
+    return pathlib.Path(result)
+
+
+def numbers(owner: str, name: str, value, *, shape=None, remedy: str | None = None) -> np.ndarray:
+    """`value` as a float64 array of finite numbers, a copy where it was none.
+
+    shape: what it must be, None in it for any length: (None, 3). remedy: words for one that fits, "give ...".
+    """
+    if remedy is None:
+        remedy = "give numbers" if shape is None else f"give an array of shape {_shape_words(shape)}"
+    array = _reals(owner, name, value, remedy)
+    if shape is not None and not _fits(array.shape, shape):
+        raise InputError(f"{owner}: {name} has shape {array.shape}; {remedy}")
+    if not np.isfinite(array).all():
+        if array.size <= 4:
+            raise InputError(f"{owner}: {name} is {shown(array.tolist())}; give finite numbers")
+        where = np.argwhere(~np.isfinite(array))[0]
+        words = ", ".join(map(str, where))
+        raise InputError(f"{owner}: {name}[{words}] is {array[tuple(where)]}; give finite numbers")
+    return array
+
+
+def _fits(shape, wanted):
+    return len(shape) == len(wanted) and all(n in (None, m) for m, n in zip(shape, wanted, strict=True))
+
+
+def _shape_words(shape):
+    letters = iter("NMKL")
+    parts = [next(letters) if n is None else str(n) for n in shape]
+    return f"({parts[0]},)" if len(parts) == 1 else f"({', '.join(parts)})"
 
 
 def vector(owner: str, name: str, value) -> tuple[float, float, float]:
     """`value` as three finite floats."""
-    try:
-        array = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(f"{owner}: {name} is {value!r}; give three numbers (x, y, z)") from None
+    array = _reals(owner, name, value, "give three numbers (x, y, z)")
     if array.shape != (3,):
         raise InputError(f"{owner}: {name} has shape {array.shape}; give three numbers (x, y, z)")
     if not np.isfinite(array).all():
@@ -45,16 +193,66 @@ def direction(owner: str, name: str, value) -> tuple[float, float, float]:
 
 def points(owner: str, name: str, value) -> np.ndarray:
     """`value` as an (N, 3) float64 array of finite rows."""
-    try:
-        array = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(f"{owner}: {name} cannot be read as numbers; give an array of shape (N, 3)") from None
+    array = _reals(owner, name, value, "give an array of shape (N, 3)")
     if array.ndim != 2 or array.shape[1] != 3:
         raise InputError(f"{owner}: {name} has shape {array.shape}; give an array of shape (N, 3)")
-    bad = np.flatnonzero(~np.isfinite(array).all(axis=1))
-    if bad.size:
+    finite = np.isfinite(array)
+    if not finite.all():
+        bad = np.flatnonzero(~finite.all(axis=1))
         raise InputError(
             f"{owner}: {name}[{bad[0]}] is {tuple(array[bad[0]].tolist())}; "
             f"give finite coordinates ({bad.size} of {len(array)} are not)"
         )
     return array
+
+
+def _reals(owner, name, value, remedy):
+    """`value` as a float64 array, where nothing of its meaning is lost by that."""
+    _refuse_meaning(owner, name, value)
+    try:
+        array = np.asarray(value)
+    except Exception:
+        raise InputError(f"{owner}: {name} is {shown(value)} and cannot be read as numbers; {remedy}") from None
+    if array.dtype.kind in _MEANINGS:
+        what = _MEANINGS[array.dtype.kind]
+        if array.ndim:
+            raise InputError(f"{owner}: {name} is an array of {what} ({array.dtype}); {remedy} of real numbers")
+        raise InputError(f"{owner}: {name} is {shown(value)}; {remedy}")
+    try:
+        if array.dtype.kind == "O" and any(x is None or isinstance(x, bool | str | bytes) for x in array.flat):
+            raise TypeError  # which NumPy takes for nan, 1 or a number
+        # Not a subclass: its operators may mean something else.
+        return np.asarray(array, dtype=np.float64)
+    except Exception:
+        raise InputError(f"{owner}: {name} is {shown(value)}; {remedy}") from None
+
+
+def _refuse_meaning(owner, name, value):
+    """Refuse what says that it is more than numbers, or that some of them do not count; looks into sequences."""
+    if isinstance(value, np.ma.MaskedArray):
+        raise InputError(f"{owner}: {name} is a masked array; give plain numbers, such as masked.compressed()")
+    unit = None if isinstance(value, type) else getattr(value, "unit", None) or getattr(value, "units", None)
+    if unit is not None and not callable(unit):
+        raise InputError(
+            f"{owner}: {name} has the unit {shown(str(unit))}; fieldsim has scene units only: give plain numbers, "
+            "such as quantity.to_value(unit)"
+        )
+    if isinstance(value, list | tuple):
+        for item in value:
+            if not isinstance(item, float | int):
+                _refuse_meaning(owner, name, item)
+
+
+def answer(owner: str, name: str, function, *arguments):
+    """`function(*arguments)` of a user's own function; what it raises becomes a FieldsimError naming its line."""
+    try:
+        return function(*arguments)
+    except FieldsimError:
+        raise
+    except (Exception, SystemExit) as error:
+        frames = [f for f in traceback.extract_tb(error.__traceback__) if not f.filename.startswith(_PACKAGE)]
+        where = f" ({os.path.basename(frames[-1].filename)}:{frames[-1].lineno} in {frames[-1].name})" if frames else ""
+        given = ", ".join(shown(a) for a in arguments)
+        raise FieldsimError(
+            f"{owner}: {name}, a function, failed at {given}: {type(error).__name__}: {error}{where}"
+        ) from error

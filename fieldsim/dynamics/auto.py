@@ -116,7 +116,11 @@ def integrator_named(text: str) -> Integrator:
     if not colon:
         return found[0]()
     first = dataclasses.fields(found[0])[0].name
-    return found[0](validate.number(found[0].__name__, first, number, above=0.0))
+    try:
+        given = float(number)
+    except ValueError:
+        raise InputError(f"{found[0].__name__}: {first} is {number!r}; give a number, such as {name}:1e-3") from None
+    return found[0](validate.number(found[0].__name__, first, given, above=0.0))
 
 
 def choose(auto: Auto, world, time: float, simulate) -> Choice:

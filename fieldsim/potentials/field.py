@@ -254,18 +254,12 @@ def _strengths(strength, count):
     if callable(strength):
         return [strength] * count
     if not isinstance(strength, list | tuple) and getattr(strength, "ndim", 0) == 0:
-        return [_strength("strength", strength)] * count
+        return [validate.number("Field", "strength", strength)] * count
     if len(strength) != count:
         raise InputError(
             f"Field: {len(strength)} strengths for {count} primitives; give one number or one per primitive"
         )
-    return [s if callable(s) else _strength(f"strength[{i}]", s) for i, s in enumerate(strength)]
-
-
-def _strength(name, value):
-    if isinstance(value, bool | np.bool_ | str):
-        raise InputError(f"Field: {name} is {value!r}; give a number")
-    return validate.number("Field", name, value)
+    return [s if callable(s) else validate.number("Field", f"strength[{i}]", s) for i, s in enumerate(strength)]
 
 
 def _host_points(points):

@@ -203,6 +203,7 @@ def progress_of(title):
         progress.TextColumn("left"),
         progress.TimeRemainingColumn(),
     )
-    with progress.Progress(*columns, console=terminal, transient=True, disable=not terminal.is_terminal) as bar:
+    bar = progress.Progress(*columns, console=terminal, transient=True, disable=not terminal.is_terminal)
+    with bar, launch.told_elsewhere():
         task = bar.add_task(title, total=None)
         yield lambda done, count: bar.update(task, completed=done, total=count)

@@ -11,10 +11,12 @@ import functools
 import os
 import sys
 import tempfile
+import threading
 import time
 
 import warp as wp
 
+from fieldsim import kernel_cache
 from fieldsim.errors import DeviceError
 
 THREADS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
@@ -37,12 +39,15 @@ def _initialise_quietly_without_driver():
         return
     try:
         kept = os.dup(2)
-    except OSError:  # standard error is closed: nobody to spare the line
+        heard = tempfile.TemporaryFile()
+    except OSError:  # standard error is closed: nobody to spare the line; or there is no place to keep it
         return
-    with tempfile.TemporaryFile() as heard:
+    with heard:
         try:
             os.dup2(heard.fileno(), 2)
             wp.init()
+        except OSError:  # no kernel cache: `kernel_cache` has said so
+            pass
         finally:
             os.dup2(kept, 2)
             os.close(kept)
@@ -52,6 +57,7 @@ def _initialise_quietly_without_driver():
                     os.write(2, line + b"\n")
 
 
+kernel_cache.prepare()
 _initialise_quietly_without_driver()
 
 
@@ -83,24 +89,82 @@ class _Loading:
         key = kernel.module, device.alias
         if key in self.modules:
             return
-        with self.counted():
-            # Warp launches CPU kernels with blocks of 1; loaded for any other size they would be compiled twice.
-            kernel.module.load(device, block_dim=None if device.is_cuda else 1)
+        # Warp launches CPU kernels with blocks of 1; loaded for any other size they would be compiled twice.
+        block_dim = kernel.module.options["block_dim"] if device.is_cuda else 1
+        with self.counted(aloud=not kernel_cache.is_compiled(kernel.module, block_dim)):
+            kernel_cache.load(kernel.module, device, block_dim)
         self.modules.add(key)
 
     @contextlib.contextmanager
-    def counted(self):
-        """Count the time of a block, of a block within a block once."""
+    def counted(self, aloud=True):
+        """Count the time of a block, of a block within a block once; aloud: a user who waits for it is told why."""
         outer = self.started
         self.started = outer or time.perf_counter()
         try:
-            yield
+            with _notice.while_waiting() if aloud and outer is None else contextlib.nullcontext():
+                yield
         finally:
             if outer is None:
                 self.seconds += time.perf_counter() - self.started
             self.started = outer
 
 
+class _Notice:
+    """One line on standard error when a compiler keeps someone waiting who looks at a terminal or a notebook."""
+
+    AFTER = 1.5  # seconds
+    AGAIN = 30.0  # seconds between two such lines
+
+    def __init__(self):
+        self.muted = 0
+        self.said = -self.AGAIN
+
+    @contextlib.contextmanager
+    def while_waiting(self):
+        """Say so if the block takes long."""
+        if self.muted or not _is_watched(sys.stderr):
+            yield
+            return
+        timer = threading.Timer(self.AFTER, self._say)
+        timer.daemon = True
+        timer.start()
+        try:
+            yield
+        finally:
+            timer.cancel()
+
+    def _say(self):
+        now = time.perf_counter()
+        if self.muted or now - self.said < self.AGAIN:
+            return
+        self.said = now
+        print(
+            "fieldsim: compiling kernels, some seconds for each new kind of world; "
+            f"they are kept in {wp.config.kernel_cache_dir}",
+            file=sys.stderr,
+            flush=True,
+        )
+
+    @contextlib.contextmanager
+    def elsewhere(self):
+        """While the block runs, something else tells of it, as a bar does."""
+        self.muted += 1
+        try:
+            yield
+        finally:
+            self.muted -= 1
+
+
+def _is_watched(stream):
+    """Whether a person sees what goes to `stream`: a terminal's or a notebook's."""
+    try:
+        return stream.isatty() or type(stream).__module__.startswith("ipykernel")
+    except (AttributeError, ValueError):  # none, or closed
+        return False
+
+
+_notice = _Notice()
+told_elsewhere = _notice.elsewhere
 _loading = _Loading()
 
 

@@ -1,0 +1,199 @@
+"""The cache of compiled kernels: kept whole, shared between processes, and never in the way.
+
+Warp keeps compiled modules in a folder (`WARP_CACHE_PATH`, else the user's cache folder) and trusts what it finds
+there. Here each file has its SHA-256 beside it, so that a torn or damaged one is compiled anew instead of failing for
+ever, or worse. A module is loaded by one process at a time: two that want the same one compile it once. Where the
+folder cannot be made, written or filled further, a private temporary one takes its place, and one line says so.
+"""
+
+import atexit
+import contextlib
+import hashlib
+import os
+import pathlib
+import shutil
+import sys
+import tempfile
+import threading
+
+import warp as wp
+
+from fieldsim.errors import FieldsimError
+
+try:
+    import fcntl
+except ImportError:  # where there are no such locks two processes may compile one module twice
+    fcntl = None
+
+# What Warp loads from a module's folder, beside the source that it was made from.
+_LOADED = {".o", ".ptx", ".cubin", ".meta"}
+_DIGEST = ".sha256"
+
+# Loading changes Warp's tables, and locks on files are not between threads.
+_threads = threading.RLock()
+
+
+def prepare() -> None:
+    """Make sure that Warp finds a folder it can write to. To be called before Warp is initialised."""
+    folder = _chosen()
+    if folder is None:
+        return
+    try:
+        _try_out(folder)
+    except OSError as reason:
+        try:
+            _use_another(folder, reason)
+        except FieldsimError as error:  # importing goes on; the first kernel will say the same
+            _say(error)
+
+
+def _chosen():
+    """The folder that Warp will take, as far as it is known beforehand."""
+    given = wp.config.kernel_cache_dir or os.environ.get("WARP_CACHE_PATH")
+    if given:
+        return pathlib.Path(os.path.realpath(given))
+    if os.name == "nt" or sys.platform == "darwin":
+        return None
+    home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
+    return pathlib.Path(home) / "warp"
+
+
+def _try_out(folder):
+    """Raise OSError unless files can be made in `folder`, which is made where it is missing."""
+    if str(folder).startswith("~"):
+        raise OSError("there is no home folder")
+    folder = folder / wp.config.version
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryFile(dir=folder):
+        pass
+
+
+def _use_another(folder, reason):
+    """Compile into a temporary folder of this process's own from now on, gone when it ends."""
+    words = f"the kernel cache {folder} cannot be used ({getattr(reason, 'strerror', None) or reason})"
+    remedy = "set WARP_CACHE_PATH to a folder that you can write to"
+    try:
+        other = tempfile.mkdtemp(prefix="fieldsim-kernels-")
+    except OSError as none:
+        raise FieldsimError(f"{words}, and there is no temporary folder: {none.strerror}; {remedy}") from None
+    atexit.register(shutil.rmtree, other, ignore_errors=True)
+    wp.config.kernel_cache_dir = other
+    _say(f"{words}; this run compiles into a temporary folder; {remedy}")
+
+
+def _say(words):
+    with contextlib.suppress(OSError, ValueError, AttributeError):  # standard error is closed: nobody to tell
+        print("fieldsim:", words, file=sys.stderr, flush=True)
+
+
+def load(module, device, block_dim) -> None:
+    """Load a Warp module, compiled anew where the cache does not hold it whole; raises FieldsimError if all fails."""
+    with _threads:
+        try:
+            _load(module, device, block_dim)
+        except wp.WarpCodegenError:
+            raise
+        except Exception as reason:
+            _retry(module, device, block_dim, reason)
+
+
+def _retry(module, device, block_dim, reason):
+    """A second try with what the cache held deleted, and a third one in a folder of our own."""
+    folder = pathlib.Path(wp.config.kernel_cache_dir)
+    for move in (False, True):
+        if move:
+            _use_another(folder, reason)
+        with contextlib.suppress(OSError):
+            shutil.rmtree(_folder_of(module, block_dim), ignore_errors=True)
+        module.mark_modified()
+        try:
+            return _load(module, device, block_dim)
+        except wp.WarpCodegenError:
+            raise
+        except Exception as error:
+            reason = error
+    raise FieldsimError(
+        f"a kernel cannot be compiled, neither in the kernel cache {folder} nor in {tempfile.gettempdir()}: {reason}; "
+        "see that the disk is not full, delete that folder, or set WARP_CACHE_PATH to another"
+    ) from reason
+
+
+def is_compiled(module, block_dim) -> bool:
+    """Whether the cache seems to hold the module, so that loading takes no time to speak of."""
+    return _folder_of(module, block_dim).is_dir()
+
+
+def _folder_of(module, block_dim):
+    return pathlib.Path(wp.config.kernel_cache_dir) / module.get_module_identifier(block_dim)
+
+
+def _load(module, device, block_dim):
+    folder = _folder_of(module, block_dim)
+    with _held(folder):
+        _drop_damaged(folder)
+        module.load(device, block_dim=block_dim)
+        _sign(folder)
+
+
+@contextlib.contextmanager
+def _held(folder):
+    """Hold the folder's lock against other processes: one byte, by its name, of one file that all lock in."""
+    place = int.from_bytes(hashlib.sha256(folder.name.encode()).digest()[:4], "big")
+    file = _lock_file(folder.parent)
+    if file is None:
+        yield
+        return
+    try:
+        fcntl.lockf(file, fcntl.LOCK_EX, 1, place)
+        yield
+    finally:
+        fcntl.lockf(file, fcntl.LOCK_UN, 1, place)
+
+
+_lock_files = {}
+
+
+def _lock_file(root):
+    """The descriptor of the lock file in `root`, never closed: closing one would free all locks; None without locks."""
+    key = os.getpid(), root
+    if key not in _lock_files:
+        try:
+            _lock_files[key] = os.open(root / "fieldsim.lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+            fcntl.lockf(_lock_files[key], fcntl.LOCK_SH, 1, 0)
+            fcntl.lockf(_lock_files[key], fcntl.LOCK_UN, 1, 0)
+        except (OSError, AttributeError):
+            _lock_files[key] = None
+    return _lock_files[key]
+
+
+def _loaded_files(folder):
+    try:
+        return [path for path in folder.iterdir() if path.suffix in _LOADED]
+    except OSError:
+        return []
+
+
+def _drop_damaged(folder):
+    """Delete files that are not as they were written."""
+    for path in _loaded_files(folder):
+        digest = path.with_name(path.name + _DIGEST)
+        try:
+            whole = digest.read_text() == _digest_of(path)
+        except (OSError, ValueError):
+            whole = False
+        if not whole:
+            path.unlink(missing_ok=True)
+            digest.unlink(missing_ok=True)
+
+
+def _sign(folder):
+    """Keep the digests of files that have none yet."""
+    for path in _loaded_files(folder):
+        digest = path.with_name(path.name + _DIGEST)
+        if not digest.exists():
+            with contextlib.suppress(OSError):
+                digest.write_text(_digest_of(path))
+
+
+def _digest_of(path):
+    return hashlib.sha256(path.read_bytes()).hexdigest()

@@ -1,0 +1,33 @@
+"""What all tests share: the option --all, a time limit each, the quick ones, and a lower instruction set."""
+
+import pytest
+
+# Files whose tests a newcomer runs after an edit: every floor of the house, in under 90 seconds with kernels cached.
+QUICK = {
+    "test_bad_input", "test_camera", "test_diagnostics", "test_fields", "test_fields_reference", "test_house",
+    "test_integrators", "test_mesh", "test_pictures", "test_portable", "test_published", "test_recording",
+    "test_sampling", "test_shapes", "test_simulation", "test_special", "test_world",
+}  # fmt: skip
+
+
+def pytest_addoption(parser):
+    parser.addoption("--all", action="store_true", help="run the long tests, too (marked full)")
+    parser.addoption(
+        "--cpu-target", help="compile Warp's kernels for this processor, such as haswell, instead of the one here"
+    )
+
+
+def pytest_configure(config):
+    target = config.getoption("--cpu-target")
+    if target:
+        import warp as wp
+
+        wp.config.cpu_compiler_flags = wp.config.cpu_compiler_flags.replace("-march=native", f"-march={target}")
+
+
+def pytest_collection_modifyitems(config, items):
+    for item in items:
+        if item.path.stem in QUICK and not item.get_closest_marker("full"):
+            item.add_marker(pytest.mark.quick)
+        if item.get_closest_marker("full") and not config.getoption("--all"):
+            item.add_marker(pytest.mark.skip(reason="a long test: give --all"))

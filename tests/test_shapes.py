@@ -69,8 +69,8 @@ def test_concave_polygon(turn):
     for t in triangles:
         a, b, c = np.array([t.a, t.b, t.c])
         assert np.cross(b - a, c - a) @ normal[0] > 0
-    # One point of the notch and one beside it are not covered; points of the arms and the base are, once: points off the
-    # diagonals, of which one lies in two triangles, or in none, as rounding will.
+    # One point of the notch and one beside it are not covered; of the arms and the base, once. All lie off the
+    # diagonals: there a point lies in two triangles, or in none, as rounding will.
     for place, covered in (
         ([1.5, 2.03, 0], 0),
         ([0.52, 2.01, 0], 1),

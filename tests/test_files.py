@@ -1,0 +1,134 @@
+"""Files that are written: whole or not at all, never through links, and what killed runs leave goes."""
+
+import os
+import signal
+import subprocess
+import sys
+import warnings
+
+import pytest
+
+from fieldsim import files
+from fieldsim.errors import FieldsimWarning, InputError
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def part_of(target, data=b"new", **options):
+    part = files.Part(target, **options)
+    part.path.write_bytes(data)
+    return part
+
+
+def test_a_part_is_hidden_until_it_is_published(tmp_path):
+    target = tmp_path / "a.mp4"
+    target.write_bytes(b"old")
+    part = part_of(target)
+    assert target.read_bytes() == b"old"
+    assert part.path.name.startswith(".a-")
+    assert part.path.suffix == ".mp4"
+    part.publish()
+    assert (names(tmp_path), target.read_bytes()) == (["a.mp4"], b"new")
+
+
+def test_what_is_kept_replaces_nothing(tmp_path):
+    target = tmp_path / "a.b.mp4"
+    kept = [part_of(target, data).keep() for data in (b"1", b"2", b"3")]
+    assert [path.name for path in kept] == ["a.b.mp4", "a.b.partial.mp4", "a.b.partial-2.mp4"]
+    assert [path.read_bytes() for path in kept] == [b"1", b"2", b"3"]
+    assert len(names(tmp_path)) == 3
+
+
+def test_what_is_kept_replaces_nothing_where_there_are_no_links(tmp_path, monkeypatch):
+    def link(*_):
+        raise PermissionError
+
+    monkeypatch.setattr(os, "link", link)
+    test_what_is_kept_replaces_nothing(tmp_path)
+
+
+def test_a_link_that_is_dead_is_something(tmp_path):
+    (tmp_path / "a.npz").symlink_to(tmp_path / "nowhere")
+    assert part_of(tmp_path / "a.npz").keep().name == "a.partial.npz"
+    assert not (tmp_path / "nowhere").exists()
+
+
+@pytest.mark.parametrize("stem", ["é" * 125, "x" * 250])
+def test_the_longest_names_can_be_kept_beside_others(tmp_path, stem):
+    kept = [part_of(tmp_path / f"{stem}.mp4").keep().name for _ in range(3)]
+    assert len(set(kept)) == 3
+    assert kept[1].endswith(".partial.mp4")
+
+
+def test_names_of_parts_are_no_patterns_and_cannot_be_guessed(tmp_path):
+    parts = [files.Part(tmp_path / "12:30 %d*?.gif") for _ in range(2)]
+    assert parts[0].path != parts[1].path
+    assert not set(":%*? ") & set(parts[0].path.name)
+
+
+def test_a_part_that_is_forgotten_is_removed(tmp_path):
+    part = part_of(tmp_path / "a.mp4")
+    folder = files.Part(tmp_path / "b.mp4", folder=True)
+    (folder.path / "0").touch()
+    assert len(names(tmp_path)) == 2
+    del part, folder
+    assert names(tmp_path) == []
+
+
+MAKE = """
+import os, sys, time
+from fieldsim import files
+part = files.Part("a.mp4", folder=sys.argv[1] == "folder")
+print("made", flush=True)
+sys.stdin.readline()
+"""
+
+
+@pytest.mark.parametrize("kind", ["file", "folder"])
+def test_parts_of_the_killed_go_and_those_of_the_living_stay(tmp_path, kind):
+    pytest.importorskip("fcntl")
+    (tmp_path / ".film-0123.part").touch()  # of another program
+    (tmp_path / f".link-{'0' * 16}.part.mp4").symlink_to(tmp_path / ".film-0123.part")
+    others = names(tmp_path)
+    command = [sys.executable, "-c", MAKE, kind]
+    with subprocess.Popen(command, cwd=tmp_path, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+        process.stdout.readline()
+        (left,) = set(names(tmp_path)) - set(others)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            files.remove_left(tmp_path)
+        assert left in names(tmp_path)
+        process.send_signal(signal.SIGKILL)
+    assert left in names(tmp_path)
+    with pytest.warns(FieldsimWarning, match=rf"{left}: removed, the unfinished part of a run that was killed"):
+        files.write("test", tmp_path / "b.txt", b"")
+    assert names(tmp_path) == sorted([*others, "b.txt"])
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="forks")
+def test_a_fork_that_ends_leaves_its_parents_part(tmp_path):
+    part = part_of(tmp_path / "a.mp4")
+    child = os.fork()
+    if child == 0:
+        part.discard()
+        os._exit(0)
+    os.waitpid(child, 0)
+    part.publish()
+    assert names(tmp_path) == ["a.mp4"]
+
+
+def test_whole_files_or_none(tmp_path):
+    files.write("Mesh", tmp_path / "a.stl", b"old")
+    with pytest.raises(InputError, match=r"Mesh: '.*b\.stl' cannot be written: "):
+        files.write("Mesh", tmp_path / "a.stl" / "b.stl", b"new")
+    assert (names(tmp_path), (tmp_path / "a.stl").read_bytes()) == (["a.stl"], b"old")
+
+
+def test_errors_are_told_what_was_kept():
+    own, other = InputError("a is wrong"), KeyboardInterrupt()
+    for error in (own, other):
+        files.say(error, "b is kept")
+    assert str(own) == "a is wrong; b is kept"
+    assert other.__notes__ == ["b is kept"]

@@ -1,4 +1,4 @@
-"""What all tests share: the option --all, a time limit each, the quick ones, and a lower instruction set."""
+"""What all tests share: the quick ones, the long ones, and options that make this machine another one."""
 
 import pytest
 
@@ -15,10 +15,15 @@ def pytest_addoption(parser):
     parser.addoption(
         "--cpu-target", help="compile Warp's kernels for this processor, such as haswell, instead of the one here"
     )
+    parser.addoption("--threads", type=int, help="launch Warp's kernels on so many threads, instead of one a core")
 
 
 def pytest_configure(config):
-    target = config.getoption("--cpu-target")
+    target, threads = config.getoption("--cpu-target"), config.getoption("--threads")
+    if threads:
+        from fieldsim import launch
+
+        launch.THREADS = threads
     if target:
         import warp as wp
 

@@ -6,9 +6,10 @@ import pytest
 from mujoco_scenes import ALL_KINDS, CAMERA, CHECKERED, HUMANOID, PLANET, SIZE, pixel_rays, posed
 
 import fieldsim as fs
-from fieldsim.mujoco.geoms import material_of, shape_of
+from fieldsim.mujoco.geoms import material_of
 from fieldsim.mujoco.models import model_of
 from fieldsim.mujoco.skins import medial
+from fieldsim.world import quaternion
 
 # Geoms
 
@@ -54,7 +55,8 @@ def test_geoms_are_as_clear_and_as_mirroring_as_in_mujoco():
 
 def test_textures_become_checkers_and_means():
     for uniform, tile in (("true", 0.25), ("false", 0.5)):
-        group = fs.mujoco.Scene(fs.World(), CHECKERED.format(uniform=uniform)).world.shapes[0]
+        with pytest.warns(fs.FieldsimWarning, match="texture 'grid' \\(as one colour\\)"):  # on the ball
+            group = fs.mujoco.Scene(fs.World(), CHECKERED.format(uniform=uniform)).world.shapes[0]
         assert group.shapes[0].tile == tile
         np.testing.assert_allclose(group.shapes[0].checker, (1, 0, 0), atol=1e-6)
         np.testing.assert_allclose(group.materials[0].color, (0, 0, 0.5), atol=1e-6)
@@ -84,13 +86,93 @@ def test_a_planets_geom_is_not_drawn_twice():
     assert len(fs.mujoco.Scene(fs.World(), model, planets=planet).geoms) == 1
 
 
-def test_height_fields_are_told_of():
-    model = model_of(
-        '<mujoco><asset><hfield name="hills" nrow="4" ncol="4" size="1 1 1 1"/></asset><worldbody>'
-        '<geom name="land" type="hfield" hfield="hills"/></worldbody></mujoco>'
+# What is not drawn
+
+UNDRAWN = """
+<mujoco>
+  <asset>
+    <hfield name="hills" nrow="4" ncol="4" size="1 1 1 1"/>
+    <texture name="stripes" type="2d" builtin="gradient" rgb1="1 0 0" rgb2="0 0 1" width="8" height="8"/>
+    <texture name="even" type="2d" builtin="flat" rgb1=".5 .5 .5" width="8" height="8"/>
+    <texture name="wrap" type="cube" builtin="flat" rgb1="1 0 0" width="8" height="8"/>
+    <material name="stripes" texture="stripes"/><material name="even" texture="even"/>
+    <material name="wrap" texture="wrap"/>
+  </asset>
+  <worldbody>
+    <geom name="land" type="hfield" hfield="hills" group="{group}"/><site name="hook" pos="0 0 2" group="{group}"/>
+    <body pos="0 0 1"><freejoint/><geom size=".1" material="stripes" group="{group}"/>
+      <geom size=".1" material="even" group="{group}"/>
+      <geom size=".1" material="wrap" group="{group}"/><site name="eye" type="box" size=".2 .1 .1" group="{group}"/>
+      <body><joint name="hinge"/><geom size=".1" group="{group}"/></body></body>
+    <flexcomp name="cloth" type="grid" count="4 4 1" spacing=".2 .2 .2" dim="2" mass="1" radius=".02" rgba="{rgba}"
+      flatskin="false"><edge equality="true"/></flexcomp>
+  </worldbody>
+  <deformable><skin name="hide" rgba="{rgba}" vertex="0 0 0 1 0 0 0 1 0" face="0 1 2">
+    <bone body="world" bindpos="0 0 0" bindquat="1 0 0 0" vertid="0 1 2" vertweight="1 1 1"/></skin></deformable>
+  <tendon>
+    <spatial name="rope" group="{group}"><site site="hook"/><site site="eye"/></spatial>
+    <spatial name="clear" rgba="1 1 1 0"><site site="hook"/><site site="eye"/></spatial>
+    <fixed name="gear"><joint joint="hinge" coef="1"/></fixed>
+  </tendon>
+  <sensor><rangefinder name="beam" site="eye"/></sensor>
+</mujoco>
+"""
+
+
+def test_what_is_not_drawn_is_told_of_by_name():
+    with pytest.warns(fs.FieldsimWarning) as told:
+        fs.mujoco.Scene(fs.World(), UNDRAWN.format(group=0, rgba="1 1 1 1"))
+    words = str(told[0].message)
+    assert len(told) == 1
+    for name in ("geom 'land'", "tendon 'rope'", "flex 'cloth'", "skin 'hide'", "range finder 'beam'", "'stripes'"):
+        assert name in words
+    assert "texture 'wrap'" in words, "it counts as white, and is red"
+    for name in ("clear", "gear", "even", "hook"):
+        assert name not in words
+
+
+def test_an_experiment_tells_of_it_once():
+    world = fs.World()
+    world.add_body(PLANET)
+    with pytest.warns(fs.FieldsimWarning, match="tendon 'rope'") as told:
+        fs.mujoco.Experiment(
+            world, CAMERA, model=UNDRAWN.format(group=0, rgba="1 1 1 1"), keep_gravity=True, duration=1
+        )
+    assert len(told) == 1
+
+
+def test_what_mujoco_hides_is_not_told_of():
+    without = UNDRAWN.replace('<rangefinder name="beam" site="eye"/>', "")
+    fs.mujoco.Scene(fs.World(), without.format(group=3, rgba="1 1 1 0"))
+
+
+def test_sites_are_drawn():
+    model, data = posed(
+        '<mujoco><worldbody><body pos="1 0 0" euler="0 0 30"><joint/><geom size=".1"/>'
+        '<site type="box" size=".3 .2 .1" pos="0 1 0" quat="1 .2 0 0" rgba="1 0 0 1"/><site group="4"/></body>'
+        "</worldbody></mujoco>"
     )
-    with pytest.warns(fs.FieldsimWarning, match="geom 'land' is not drawn: its type hfield is none of"):
-        assert shape_of(model, 0) is None
+    scene = fs.mujoco.Scene(fs.World(), model)
+    assert (scene.geoms, scene.sites) == ([0], [0])
+    group, (places, turns) = scene.world.shapes[0], scene.snapshot(data).shape_poses[0]
+    assert isinstance(group.shapes[1], fs.Box)
+    assert group.materials[1].color == (1.0, 0.0, 0.0)
+    np.testing.assert_allclose(places[1], data.site_xpos[0])
+    np.testing.assert_allclose(quaternion.matrices(turns[1]), data.site_xmat[0].reshape(3, 3), atol=1e-14)
+
+
+def test_other_models_are_refused():
+    model, data = posed(HUMANOID)
+    other, others = posed(ALL_KINDS)
+    skin = fs.mujoco.skin(other)
+    with pytest.raises(fs.InputError, match=r"skins\[0\] is of another model"):
+        fs.mujoco.Scene(fs.World(), model, skins=skin)
+    with pytest.raises(fs.InputError, match="data belongs to another model"):
+        fs.mujoco.Scene(fs.World(), model).snapshot(others)
+    with pytest.raises(fs.InputError, match="the skin is of another model"):
+        skin.poses(data)
+    with pytest.raises(fs.InputError, match="data is 3"):
+        fs.mujoco.Scene(fs.World(), model).snapshot(3)
 
 
 # Skins

@@ -1,12 +1,9 @@
-"""MuJoCo's geoms as hard shapes, each in its geom's frame."""
-
-import warnings
+"""MuJoCo's geoms and sites as hard shapes, each in its own frame."""
 
 import mujoco
 import numpy as np
 
-from fieldsim.errors import FieldsimWarning
-from fieldsim.mujoco.models import color_of, label
+from fieldsim.mujoco.models import color_of
 from fieldsim.mujoco.points import mesh_of
 from fieldsim.potentials.mesh import TriangleMesh
 from fieldsim.world.material import Material
@@ -19,11 +16,11 @@ SHINE = 128.0
 FLAT = 1e-7
 
 
-def shape_of(model, geom: int) -> Shape | None:
-    """The shape of a geom; None, with a FieldsimWarning, of a kind that has none (height fields)."""
-    kind, size = Kind(int(model.geom_type[geom])), model.geom_size[geom].tolist()
+def shape_of(model, number: int, of: str = "geom") -> Shape | None:
+    """The shape of a geom or site; None of a kind that has none (height fields)."""
+    kind, size = Kind(int(getattr(model, f"{of}_type")[number])), getattr(model, f"{of}_size")[number].tolist()
     if kind == Kind.mjGEOM_PLANE:
-        return _ground(model, geom, size)
+        return _ground(model, number, size)
     if kind == Kind.mjGEOM_SPHERE:
         return Ball(radius=size[0])
     if kind == Kind.mjGEOM_ELLIPSOID:
@@ -33,15 +30,8 @@ def shape_of(model, geom: int) -> Shape | None:
     if kind in (Kind.mjGEOM_CAPSULE, Kind.mjGEOM_CYLINDER):
         long = Capsule if kind == Kind.mjGEOM_CAPSULE else Cylinder
         return long((0.0, 0.0, -size[1]), (0.0, 0.0, size[1]), size[0])
-    if kind in (Kind.mjGEOM_MESH, Kind.mjGEOM_SDF) and model.geom_dataid[geom] >= 0:
-        return TriangleSurface(_mesh(*mesh_of(model, model.geom_dataid[geom])))
-    name = kind.name.removeprefix("mjGEOM_").lower()
-    warnings.warn(
-        f"geom {label(model, geom)} is not drawn: its type {name} is none of plane, sphere, capsule, ellipsoid, "
-        "cylinder, box and mesh",
-        FieldsimWarning,
-        stacklevel=2,
-    )
+    if kind in (Kind.mjGEOM_MESH, Kind.mjGEOM_SDF) and model.geom_dataid[number] >= 0:
+        return TriangleSurface(_mesh(*mesh_of(model, model.geom_dataid[number])))
     return None
 
 
@@ -98,22 +88,24 @@ def _mesh(vertices, faces):
     return TriangleMesh(vertices, faces[area > FLAT * longest**2])
 
 
-def material_of(model, geom: int) -> Material:
-    """What a geom looks like: its colour, its opacity, and its material's gloss and mirror (of planes and boxes).
+def material_of(model, number: int, of: str = "geom") -> Material:
+    """What a geom or site looks like: its colour, its opacity, its material's gloss and mirror (of planes and boxes).
 
     What is not opaque lets light straight through, as in MuJoCo.
     Of a texture it has the mean, or a checker's first colour; cube maps count as white.
     """
-    color, picture = color_of(model, geom)[:3], texture_of(model, geom)
+    rgba = color_of(model, number, of)
+    color, picture = rgba[:3], texture_of(model, number) if of == "geom" else None
+    kind = getattr(model, f"{of}_type")[number]
     if picture is not None:
-        first = model.geom_type[geom] == Kind.mjGEOM_PLANE and checker_of(model, geom) is not None
+        first = kind == Kind.mjGEOM_PLANE and checker_of(model, number) is not None
         color = color * (_quarters(picture)[0, 1] if first else picture.mean(axis=(0, 1)))
-    clear = {"transmission": 1.0 - float(color_of(model, geom)[3]), "ior": 1.0}
+    clear = {"transmission": 1.0 - float(rgba[3]), "ior": 1.0}
     color = tuple(color.tolist())
-    material = model.geom_matid[geom]
+    material = getattr(model, f"{of}_matid")[number]
     if material < 0:
         return Material(color, **clear)
     specular, shine = float(model.mat_specular[material]), float(model.mat_shininess[material])
-    flat = Kind(int(model.geom_type[geom])) in (Kind.mjGEOM_PLANE, Kind.mjGEOM_BOX)
+    flat = Kind(int(kind)) in (Kind.mjGEOM_PLANE, Kind.mjGEOM_BOX)
     mirror = float(model.mat_reflectance[material]) if flat else 0.0
     return Material(color, specular=specular, shininess=max(1.0, SHINE * shine), reflection=mirror, **clear)

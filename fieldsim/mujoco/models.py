@@ -6,6 +6,7 @@ import pathlib
 import mujoco
 import numpy as np
 
+from fieldsim import validate
 from fieldsim.errors import InputError
 
 # As in MuJoCo's own viewer, geoms of these groups are seen; those of others are for collisions alone, say.
@@ -41,20 +42,46 @@ def _read(read, source, name):
         raise InputError(f"MuJoCo cannot read {name}: {' '.join(str(reason).split())}") from None
 
 
-def color_of(model, geom: int) -> np.ndarray:
-    """What MuJoCo draws a geom with: red, green, blue, opacity (4,), sRGB in 0..1."""
-    material = model.geom_matid[geom]
-    own = model.geom_rgba[geom]
+def color_of(model, number: int, of: str = "geom") -> np.ndarray:
+    """What MuJoCo draws a geom, or another thing (`of`: site, tendon, flex, skin), with.
+
+    Red, green, blue, opacity (4,), sRGB in 0..1.
+    """
+    material = getattr(model, f"{of}_matid")[number]
+    own = getattr(model, f"{of}_rgba")[number]
     rgba = model.mat_rgba[material] if material >= 0 and np.array_equal(own, UNTOLD) else own
     return np.clip(rgba, 0.0, 1.0)
 
 
+def seen(model, of: str) -> list[int]:
+    """The things of a sort that MuJoCo shows unless told otherwise: of groups 0 to 2, and not wholly transparent."""
+    groups = getattr(model, f"{of}_group")
+    return [k for k in range(len(groups)) if groups[k] in SEEN_GROUPS and color_of(model, k, of)[3] > 0.0]
+
+
 def seen_geoms(model) -> list[int]:
-    """The geoms that MuJoCo shows unless told otherwise: of groups 0 to 2, and not wholly transparent."""
-    return [g for g in range(model.ngeom) if model.geom_group[g] in SEEN_GROUPS and color_of(model, g)[3] > 0.0]
+    """The geoms that are seen."""
+    return seen(model, "geom")
 
 
 def label(model, geom: int) -> str:
     """A geom's name, or its number and its body."""
     name, body = model.geom(geom).name, int(model.geom_bodyid[geom])
     return repr(name) if name else f"{geom} of body {model.body(body).name or body!r}"
+
+
+# Numbers of things by which models are told apart.
+COUNTS = ("nq", "nv", "nbody", "njnt", "ngeom", "nsite", "nmocap", "nmesh")
+
+
+def counts(model) -> tuple[int, ...]:
+    """What copies of a model have in common, and hardly another one."""
+    return tuple(int(getattr(model, name)) for name in COUNTS)
+
+
+def alike(model, data, owner: str) -> None:
+    """Refuse what is no MjData of this model or of a copy of it."""
+    if not isinstance(data, mujoco.MjData):
+        raise InputError(f"{owner}: data is {validate.shown(data)}; give a mujoco.MjData of the model")
+    if counts(data.model) != counts(model):
+        raise InputError(f"{owner}: this data belongs to another model; give a mujoco.MjData(model) of this one")

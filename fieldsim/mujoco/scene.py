@@ -2,16 +2,22 @@
 
 import copy
 import dataclasses
+import warnings
 
 import numpy as np
 
-from fieldsim.errors import InputError
+from fieldsim import validate
+from fieldsim.errors import FieldsimWarning
 from fieldsim.mujoco.geoms import material_of, shape_of
-from fieldsim.mujoco.models import model_of, seen_geoms
+from fieldsim.mujoco.models import alike, model_of, seen, seen_geoms
 from fieldsim.mujoco.planet import PlanetGeom
 from fieldsim.mujoco.skins import Skin
+from fieldsim.mujoco.undrawn import undrawn
 from fieldsim.world import quaternion
 from fieldsim.world.world import Snapshot, World
+
+# Things at most that a warning names.
+MOST = 12
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -27,47 +33,77 @@ class Scene:
         scene = fs.mujoco.Scene(world, model, skins=[fs.mujoco.skin(model, "torso")])
         picture = renderer.frame(scene.snapshot(data), camera)
 
-    Geoms of groups 0 to 2 are drawn as hard shapes in their colours; those that a skin stands for as it is, and the
-    geoms of `planets` (PlanetGeoms) not at all, for their bodies in the world are. Tendons, sites and flexible bodies
-    are not drawn. world: what a snapshot is of: the given world's bodies, particles, shapes, and these.
+    Geoms and sites of groups 0 to 2 are drawn as hard shapes in their colours; geoms that a skin stands for as it is,
+    and the geoms of `planets` (PlanetGeoms) not at all, for their bodies in the world are. What MuJoCo shows besides
+    (height fields, tendons, flexible bodies, skins of its own, range finders, textures but checkers on planes) is not
+    drawn, and told of in one FieldsimWarning. Lights and background are the world's, not the model's.
+    world: what a snapshot is of: the given world's bodies, particles, shapes, and these.
     """
 
     def __init__(self, world: World, model, *, skins=(), planets=()):
+        self.given = validate.instance("Scene", "world", world, World, "give a fs.World")
         self.model = model_of(model)
         self.skins = _all("skins", skins, Skin, "fs.mujoco.skin(model)")
         self.planets = _all("planets", planets, PlanetGeom, "fs.mujoco.planet_geom(body)")
-        self.given = world
+        for index, one in enumerate(self.skins):
+            one.refuse_other(self.model, f"Scene: skins[{index}]")
         stood_for = {geom for skin in self.skins for geom in skin.geoms}
         stood_for |= {g for g in range(self.model.ngeom) if self.model.geom(g).name in {p.name for p in self.planets}}
-        shapes = {g: shape_of(self.model, g) for g in seen_geoms(self.model) if g not in stood_for}
-        self.geoms = [geom for geom, shape in shapes.items() if shape is not None]
+        self.geoms, geoms = self._shapes([g for g in seen_geoms(self.model) if g not in stood_for], "geom")
+        self.sites, sites = self._shapes(seen(self.model, "site"), "site")
         self.world = copy.copy(world)
         self.world.bodies = [*world.bodies, *(body for skin in self.skins for body in skin.bodies)]
         self.world.particles, self.world.shapes = list(world.particles), list(world.shapes)
-        if self.geoms:
-            materials = [material_of(self.model, geom) for geom in self.geoms]
-            self.world.add_shape([shapes[g] for g in self.geoms], materials, name="MuJoCo")
+        if geoms or sites:
+            shapes, materials = zip(*geoms, *sites, strict=True)
+            self.world.add_shape(shapes, materials, name="MuJoCo")
+        self._tell_what_is_left_out()
+
+    def _shapes(self, numbers, of):
+        """The numbers of those that have a shape, and pairs of their shapes and materials."""
+        shapes = {k: shape_of(self.model, k, of) for k in numbers}
+        found = [k for k, shape in shapes.items() if shape is not None]
+        return found, [(shapes[k], material_of(self.model, k, of)) for k in found]
+
+    def _tell_what_is_left_out(self):
+        left_out = undrawn(self.model, self.geoms)
+        if left_out:
+            more = f" and {len(left_out) - MOST} more" if len(left_out) > MOST else ""
+            warnings.warn(
+                f"Scene: of the model these are not drawn: {', '.join(left_out[:MOST])}{more}; add bodies or shapes to "
+                "the world for what is to be seen, or see mujoco.Renderer (--beside) for MuJoCo's own picture",
+                FieldsimWarning,
+                stacklevel=3,
+            )
 
     def snapshot(self, data, base: Snapshot | None = None) -> ModelSnapshot:
         """The moment of an MjData whose kinematics are up to date (mujoco.mj_kinematics after a step).
 
         base: a snapshot of the given world, for all but the model; unless told that world at data.time.
+        Raises InputError for data of another model.
         """
-        base = base or self.given.at(data.time)
+        alike(self.model, data, "Scene.snapshot")
+        if base is None:
+            base = self.given.at(data.time)
+        else:
+            validate.instance("Scene.snapshot", "base", base, Snapshot, "give a fs.Snapshot of the world, or None")
         poses = base.poses + tuple(pose for skin in self.skins for pose in skin.poses(data))
         shapes = base.shape_poses or tuple(group.poses_at(base.time) for group in self.given.shapes)
-        if self.geoms:
-            owners = self.model.geom_bodyid[self.geoms]
-            turns = quaternion.product(data.xquat[owners], self.model.geom_quat[self.geoms])
-            shapes += ((data.geom_xpos[self.geoms], turns),)
+        if self.geoms or self.sites:
+            parts = [self._placed(data, "geom", self.geoms), self._placed(data, "site", self.sites)]
+            places, turns = (np.concatenate(part) for part in zip(*parts, strict=True))
+            shapes += ((places, turns),)
         state = data.time, data.qpos.copy(), data.mocap_pos.copy(), data.mocap_quat.copy()
         return ModelSnapshot(self.world, base.time, poses, base.positions, base.velocities, shapes or None, state)
+
+    def _placed(self, data, of, numbers):
+        """Positions (n, 3) and rotations (n, 4) of geoms or sites."""
+        owners = getattr(self.model, f"{of}_bodyid")[numbers]
+        turns = quaternion.product(data.xquat[owners], getattr(self.model, f"{of}_quat")[numbers])
+        return getattr(data, f"{of}_xpos")[numbers], turns
 
 
 def _all(name, value, kind, remedy):
     """A tuple of one or several."""
-    values = (value,) if isinstance(value, kind) else tuple(value)
-    for index, one in enumerate(values):
-        if not isinstance(one, kind):
-            raise InputError(f"{name}[{index}] is {one!r}; give {remedy}")
-    return values
+    values = (value,) if isinstance(value, kind) else value
+    return validate.instances("Scene", name, values, kind, f"give {remedy}")

@@ -8,7 +8,7 @@ import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import InputError
-from fieldsim.mujoco.models import color_of, label, model_of, seen_geoms
+from fieldsim.mujoco.models import color_of, counts, label, model_of, seen_geoms
 from fieldsim.potentials.point import Point
 from fieldsim.potentials.primitive import Primitive
 from fieldsim.potentials.segment import Segment
@@ -30,14 +30,23 @@ class Skin:
     """The soft bodies that stand for bodies of a model: one per geom, in the frame of its MuJoCo body.
 
     bodies: without gravity; owners: the number of each one's MuJoCo body; geoms: the geoms that they stand for.
+    counts: of the model's things (see `models.counts`), by which another model is refused.
     """
 
     bodies: tuple[Body, ...]
     owners: tuple[int, ...]
     geoms: tuple[int, ...]
+    counts: tuple[int, ...] = ()
+
+    def refuse_other(self, model, owner: str) -> None:
+        """Refuse a model that it was not made of, or of a copy."""
+        if self.counts and self.counts != counts(model):
+            raise InputError(f"{owner} is of another model; make it of this one: fs.mujoco.skin(model)")
 
     def poses(self, data) -> tuple[Pose, ...]:
-        """Where the bodies are in an MjData whose kinematics are up to date."""
+        """Where the bodies are in an MjData whose kinematics are up to date. Raises InputError for another model's."""
+        validate.instance("Skin.poses", "data", data, mujoco.MjData, "give a mujoco.MjData of the model")
+        self.refuse_other(data.model, "Skin.poses: the skin")
         return tuple(Pose(tuple(data.xpos[b].tolist()), tuple(data.xquat[b].tolist())) for b in self.owners)
 
 
@@ -72,7 +81,7 @@ def skin(
         where = "the model" if root is None else f"the tree of body {root!r}"
         raise InputError(f"skin: {where} has no geom to be seen that moves; give its bodies geoms of groups 0 to 2")
     bodies = tuple(_soft(model, geom, material, blobbiness, swell) for geom in geoms)
-    return Skin(bodies, tuple(int(model.geom_bodyid[g]) for g in geoms), tuple(geoms))
+    return Skin(bodies, tuple(int(model.geom_bodyid[g]) for g in geoms), tuple(geoms), counts(model))
 
 
 def _tree(model, root):

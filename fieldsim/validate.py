@@ -132,14 +132,21 @@ def function(owner: str, name: str, value, remedy: str = "give a function"):
 
 
 def path(owner: str, name: str, value) -> pathlib.Path:
-    """`value` as the path of a file or folder: a string or an `os.PathLike`, not empty, without zero characters."""
+    """`value` as the path of a file or folder: a string or an `os.PathLike`, not empty, that files can have."""
     try:
         result = os.fspath(value)
     except TypeError:
         raise InputError(f"{owner}: {name} is {shown(value)}; give the path of a file") from None
-    if not isinstance(result, str) or not result or "\0" in result:
+    if not isinstance(result, str) or not result or "\0" in result or not _encodable(result):
         raise InputError(f"{owner}: {name} is {shown(value)}; give the path of a file as a string")
     return pathlib.Path(result)
+
+
+def _encodable(path):
+    try:
+        return bool(os.fsencode(path))
+    except UnicodeEncodeError:  # halves of characters
+        return False
 
 
 def numbers(owner: str, name: str, value, *, shape=None, remedy: str | None = None) -> np.ndarray:
@@ -204,6 +211,17 @@ def points(owner: str, name: str, value) -> np.ndarray:
             f"give finite coordinates ({bad.size} of {len(array)} are not)"
         )
     return array
+
+
+def array(owner: str, name: str, value, remedy: str) -> np.ndarray:
+    """`value` as an array of the type that it has, which is for the caller to check."""
+    _refuse_meaning(owner, name, value)
+    try:
+        return np.asarray(value)
+    except ValueError:
+        raise InputError(f"{owner}: {name} has rows of different lengths; {remedy}") from None
+    except Exception:
+        raise InputError(f"{owner}: {name} is {shown(value)} and cannot be read as numbers; {remedy}") from None
 
 
 def _reals(owner, name, value, remedy):

@@ -165,12 +165,11 @@ def test_bad_pictures_are_refused(make, image, words):
         make(image)
 
 
-def test_files_that_are_no_pictures_are_refused_before_rendering(tmp_path):
+def test_files_that_are_no_pictures_are_refused_at_once(tmp_path):
     path = tmp_path / "text.png"
     path.write_text("no picture")
-    world = fs.World(background=fs.Background(image=path))
-    with pytest.raises(InputError, match=r"Background: image '.*text\.png' cannot be read"):
-        fs.render(world.at(0.0), fs.Camera((1, 0, 0)), size=(4, 4))
+    with pytest.raises(InputError, match=r"Background: image '.*text\.png' is no picture"):
+        fs.Background(image=path)
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ Numbers are real numbers. What NumPy would convert by dropping a meaning is refu
 numbers, what a mask hides, dates, truths, strings, and units (`unit` or `units` of astropy, pint and unyt).
 """
 
+import math
 import os
 import pathlib
 import reprlib
@@ -35,6 +36,8 @@ _MEANINGS = {
 
 def shown(value) -> str:
     """`value` as it stands in a message: its repr, shortened."""
+    if isinstance(value, np.number):
+        value = value.item()
     try:
         return _short.repr(value)
     except Exception:
@@ -43,11 +46,14 @@ def shown(value) -> str:
 
 def number(owner: str, name: str, value, *, above=None, at_least=None, below=None, at_most=None) -> float:
     """`value` as a finite float within the limits given."""
-    array = _reals(owner, name, value, "give a number")
-    if array.ndim:
-        raise InputError(f"{owner}: {name} is {shown(value)}; give a number")
-    result = float(array)
-    if not np.isfinite(result):
+    if type(value) is float:
+        result = value
+    else:
+        array = _reals(owner, name, value, "give a number")
+        if array.ndim:
+            raise InputError(f"{owner}: {name} is {shown(value)}; give a number")
+        result = float(array)
+    if not math.isfinite(result):
         raise InputError(f"{owner}: {name} is {result}; give a finite number")
     _within(owner, name, result, "number", above, at_least, below, at_most)
     return result
@@ -261,16 +267,49 @@ def _refuse_meaning(owner, name, value):
                 _refuse_meaning(owner, name, item)
 
 
+def at_time(owner: str, make, values: dict, time: float):
+    """`make(**values)`, where what functions of time among `values` give at `time` stands for them.
+
+    What they raise, and what `make` refuses of theirs, becomes an InputError naming the time and the user's line.
+    """
+    time = number(owner, "time", time)
+    functions = {name: value for name, value in values.items() if callable(value)}
+    given = {name: answer(owner, name, function, time) for name, function in functions.items()}
+    try:
+        for name, value in given.items():
+            if callable(value):
+                raise InputError(f"{owner}: {name} is {shown(value)}; give a value, no function in its turn")
+        return make(**(values | given))
+    except InputError as reason:
+        blamed = [name for name in functions if f" {name}" in str(reason)] or list(functions)
+        if not blamed:
+            raise
+        givers = ", ".join(_defined(functions[name]) for name in blamed)
+        raise InputError(f"{reason} (at time {time:g}, from {givers})") from None
+
+
+def _defined(function):
+    """Where a function was written, or what it is."""
+    code = getattr(getattr(function, "func", function), "__code__", None)
+    if code is None:
+        return shown(function)
+    return f"{os.path.basename(code.co_filename)}:{code.co_firstlineno} in {code.co_name}"
+
+
 def answer(owner: str, name: str, function, *arguments):
-    """`function(*arguments)` of a user's own function; what it raises becomes a FieldsimError naming its line."""
+    """`function(*arguments)` of a user's own function; what it raises becomes an InputError naming the user's line."""
     try:
         return function(*arguments)
     except FieldsimError:
         raise
     except (Exception, SystemExit) as error:
         frames = [f for f in traceback.extract_tb(error.__traceback__) if not f.filename.startswith(_PACKAGE)]
-        where = f" ({os.path.basename(frames[-1].filename)}:{frames[-1].lineno} in {frames[-1].name})" if frames else ""
-        given = ", ".join(shown(a) for a in arguments)
-        raise FieldsimError(
-            f"{owner}: {name}, a function, failed at {given}: {type(error).__name__}: {error}{where}"
+        # The innermost line of the user's own file, not of a package that it calls.
+        own = [f for f in frames if f.filename == frames[0].filename]
+        where = (
+            f"{os.path.basename(own[-1].filename)}:{own[-1].lineno} in {own[-1].name}" if own else _defined(function)
+        )
+        given = ", ".join(f"{a:g}" if isinstance(a, float) else shown(a) for a in arguments)
+        raise InputError(
+            f"{owner}: {name}, a function, failed at {given}: {type(error).__name__}: {error} ({where})"
         ) from error

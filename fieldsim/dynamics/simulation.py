@@ -22,7 +22,6 @@ from fieldsim.dynamics.surfaces import Surfaces
 from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
 from fieldsim.launch import device_named, launch
 from fieldsim.world.contact import Status
-from fieldsim.world.motion import pose_at
 from fieldsim.world.world import Snapshot
 
 # A launch spans at most so many steps, and so many particle-steps and moving elements.
@@ -260,7 +259,7 @@ class Simulation:
     def snapshot(self) -> Snapshot:
         """The present moment."""
         free = self._free.present
-        poses = tuple(free.get(i) or pose_at(body.motion, self.time) for i, body in enumerate(self.world.bodies))
+        poses = tuple(free.get(i) or body.pose_at(self.time) for i, body in enumerate(self.world.bodies))
         return Snapshot(self.world, self.time, poses, tuple(self.positions), tuple(self.velocities))
 
     def snapshots(self, times):

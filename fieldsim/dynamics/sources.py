@@ -14,7 +14,7 @@ from fieldsim.errors import InputError
 from fieldsim.launch import launch
 from fieldsim.potentials import cells
 from fieldsim.world import quaternion
-from fieldsim.world.motion import IDENTITY, Spin, pose_at
+from fieldsim.world.motion import IDENTITY, Spin
 
 ROLES = {
     "gravity": lambda body, time: body.gravity_elements(time),
@@ -83,7 +83,7 @@ class Sources:
 
     def poses_of(self, index, body, times) -> tuple[np.ndarray, np.ndarray]:
         """Rotation matrices (stages, 3, 3) and positions (stages, 3) of a body at the given times."""
-        return self._free(index, times) if body.free and self._free else _poses(body.motion, times)
+        return self._free(index, times) if body.free and self._free else _poses(body, times)
 
     def poses_at(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Rotations (stages, elements, 3, 3) and positions (stages, elements, 3) of the changing elements' bodies."""
@@ -96,7 +96,7 @@ class Sources:
 
     def _placed(self, body, time):
         local = self._elements(body, time)
-        pose = pose_at(body.motion, time)
+        pose = body.pose_at(time)
         return cells.Elements(cells.place(local.rows, pose.matrix, np.array(pose.position)), local.kinds, local.order)
 
 
@@ -114,13 +114,14 @@ def _rows_of(index, body, shape, elements, times, poses_of):
         raise InputError(f"Body {index}{name}, between times {times[0]:g} and {times[-1]:g}: {reason}") from None
 
 
-def _poses(motion, times):
+def _poses(body, times):
     """Rotation matrices (stages, 3, 3) and positions (stages, 3) at the given times."""
+    motion = body.motion
     if motion == IDENTITY:
         return np.broadcast_to(np.eye(3), (len(times), 3, 3)), np.zeros((len(times), 3))
     if isinstance(motion, Spin):
         return spin_poses(motion, times)
-    poses = [pose_at(motion, time) for time in times]
+    poses = [body.pose_at(time) for time in times]
     rotations = quaternion.matrices(np.array([pose.rotation for pose in poses]))
     return rotations, np.array([pose.position for pose in poses])
 

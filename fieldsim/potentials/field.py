@@ -183,13 +183,14 @@ class Term:
 
     def at(self, time: float) -> "Term":
         """The concrete term at `time`."""
-        strength = validate.number("strength", "its value", _value(self.strength, time))
-        return Term(self.primitive.at(time), self.kernel, strength)
+        return Term(self.primitive.at(time), self.kernel, _number_at("Field", "strength", self.strength, time))
 
     def scaled(self, factor: float) -> "Term":
         """The term with its strength multiplied."""
         strength = self.strength
-        scaled = (lambda time: factor * strength(time)) if callable(strength) else factor * strength
+        if not callable(strength):
+            return dataclasses.replace(self, strength=factor * strength)
+        scaled = lambda time: factor * _number_at("Field", "strength", strength, time)  # noqa: E731
         return dataclasses.replace(self, strength=scaled)
 
 
@@ -212,7 +213,7 @@ def gravity(primitives, mass, *, G=1.0, kernel: Kernel | None = None) -> Field:
     # The strength is asked for by every element at the same time.
     @functools.lru_cache(maxsize=1)
     def strength(time):
-        return G * _value(mass, time) / total_measure(p.at(time) for p in primitives)
+        return G * _number_at("gravity", "mass", mass, time) / total_measure(p.at(time) for p in primitives)
 
     return Field(primitives, kernel, strength)
 
@@ -245,8 +246,9 @@ def skeleton(primitives) -> tuple[Primitive, ...]:
     return result
 
 
-def _value(maybe_function, time):
-    return maybe_function(time) if callable(maybe_function) else maybe_function
+def _number_at(owner, name, value, time):
+    """A number, or what a function of time gives for one."""
+    return validate.at_time(owner, lambda **given: validate.number(owner, name, given[name]), {name: value}, time)
 
 
 def _strengths(strength, count):

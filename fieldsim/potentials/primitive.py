@@ -1,9 +1,12 @@
 """What every primitive of a skeleton shares: frozen fields that may be functions of time."""
 
 import dataclasses
+import functools
 import typing
 
 import numpy as np
+
+from fieldsim import validate
 
 
 @dataclasses.dataclass(frozen=True)
@@ -33,7 +36,7 @@ class Primitive:
         if not self.animated:
             return self
         values = {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}
-        return dataclasses.replace(self, **{k: v(time) if callable(v) else v for k, v in values.items()})
+        return validate.at_time(type(self).__name__, functools.partial(dataclasses.replace, self), values, time)
 
     def _checked(self) -> dict:
         """The fields' values, checked and normalised; raises InputError."""

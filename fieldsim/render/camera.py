@@ -7,7 +7,6 @@ import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import InputError
-from fieldsim.world.motion import value_at
 
 TONES = ("clip", "filmic")
 
@@ -40,23 +39,37 @@ class Camera:
             self._check()
 
     @classmethod
-    def orbit(cls, look_at=(0.0, 0.0, 0.0), radius=5.0, height=2.0, period=20.0, phase=0.0, **options) -> "Camera":
+    def orbit(
+        cls,
+        look_at=(0.0, 0.0, 0.0),
+        radius=5.0,
+        height=2.0,
+        period: float = 20.0,
+        phase: float = 0.0,
+        *,
+        clockwise: bool = False,
+        **options,
+    ) -> "Camera":
         """A camera that circles the vertical axis through `look_at`, looking at it.
 
-        radius: of the circle; height: above `look_at`; period: time of one turn, counterclockwise seen from above
-        (negative: clockwise); phase: angle from the x axis at time 0, in radians. All but period and phase may be
-        functions of time. options: the camera's others, such as fov. Raises InputError for a period of 0.
+        radius: of the circle, above 0; height: above `look_at`; period: time of one turn, above 0, counterclockwise
+        seen from above unless `clockwise`; phase: angle from the x axis at time 0, in radians. look_at, radius and
+        height may be functions of time. options: the camera's others, such as fov.
         """
-        period = validate.number("Camera.orbit", "period", period)
-        phase = validate.number("Camera.orbit", "phase", phase)
-        if period == 0.0:
-            raise InputError("Camera.orbit: period is 0; give the time of one turn, or use a Camera that stands still")
+        owner = "Camera.orbit"
+        period = validate.number(owner, "period", period, above=0.0)
+        phase = validate.number(owner, "phase", phase)
+        rate = (-1 if validate.flag(owner, "clockwise", clockwise) else 1) * 2.0 * math.pi / period
 
         def eye(time):
-            center = np.asarray(value_at(look_at, time), dtype=float)
-            angle = phase + 2.0 * math.pi * time / period
-            turned = value_at(radius, time) * np.array([math.cos(angle), math.sin(angle), 0.0])
-            return center + turned + np.array([0.0, 0.0, value_at(height, time)])
+            def place(look_at, radius, height):
+                radius = validate.number(owner, "radius", radius, above=0.0)
+                height = validate.number(owner, "height", height)
+                angle = phase + rate * time
+                across = np.array([radius * math.cos(angle), radius * math.sin(angle), height])
+                return validate.vector(owner, "look_at", look_at) + across
+
+            return validate.at_time(owner, place, {"look_at": look_at, "radius": radius, "height": height}, time)
 
         camera = cls(eye, look_at, **options)
         camera.at(0.0)
@@ -71,7 +84,8 @@ class Camera:
         """The camera at `time`, checked; itself where nothing is animated."""
         if not self.animated:
             return self
-        return Camera(**{f.name: value_at(getattr(self, f.name), time) for f in dataclasses.fields(self)})
+        values = {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}
+        return validate.at_time("Camera", Camera, values, time)
 
     def axes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Unit vectors (right, up, forward) of a camera that is not animated."""

@@ -14,7 +14,7 @@ from fieldsim.potentials.primitive import Primitive
 from fieldsim.world.color import color_rgb
 from fieldsim.world.contact import LAWS, Absorb, Bounce, Repulsion
 from fieldsim.world.material import Material
-from fieldsim.world.motion import IDENTITY, pose_at
+from fieldsim.world.motion import IDENTITY, Pose, pose_at
 from fieldsim.world.rigid import Rigid
 
 
@@ -47,11 +47,20 @@ class Body:
         if self.gravity is None and self.surface is not None and self.surface.level is not None:
             raise InputError("Body: its surface is an equipotential of its gravity, but it has none; give gravity=")
         if not callable(self.motion):
-            object.__setattr__(self, "motion", pose_at(self.motion, 0.0))
+            object.__setattr__(self, "motion", self.pose_at(0.0))
         if self.gravity is not None:
             self.gravity_field()
         if self.free and self.deforming:
             raise InputError("Body: a free body's skeleton, mass and material are constant; give another motion")
+
+    @property
+    def label(self) -> str:
+        """What messages call the body."""
+        return f"Body {self.name!r}" if self.name else "Body"
+
+    def pose_at(self, time: float) -> Pose:
+        """The pose that the body's motion gives at `time`; that of a free body's start."""
+        return pose_at(self.motion, time, self.label)
 
     @property
     def free(self) -> bool:

@@ -2,6 +2,7 @@
 
 import dataclasses
 import difflib
+import functools
 
 from fieldsim import validate
 from fieldsim.errors import InputError
@@ -9,7 +10,6 @@ from fieldsim.potentials.kernels import Gaussian, Kernel
 from fieldsim.potentials.primitive import Primitive
 from fieldsim.world import tissue
 from fieldsim.world.color import color_rgb
-from fieldsim.world.motion import value_at
 from fieldsim.world.texture import NAMED, Texture
 
 # The kinds of rays: from the camera, towards lights, off mirrors, through what is transparent.
@@ -83,10 +83,9 @@ class Material:
         """The material at `time`."""
         if not self.animated:
             return self
-        return dataclasses.replace(
-            self,
-            **{f.name: value_at(getattr(self, f.name), time) for f in dataclasses.fields(self) if f.name != "kernel"},
-        )
+        # A kernel may be a class, which is no function of time.
+        values = {f.name: getattr(self, f.name) for f in dataclasses.fields(self) if f.name != "kernel"}
+        return validate.at_time("Material", functools.partial(dataclasses.replace, self), values, time)
 
     def _check(self):
         for name in ("radius", "threshold", "shininess"):

@@ -12,11 +12,6 @@ from fieldsim.errors import InputError
 from fieldsim.world import quaternion
 
 
-def value_at(value, time: float):
-    """`value`, or `value(time)` where it is a function of time."""
-    return value(time) if callable(value) else value
-
-
 @dataclasses.dataclass(frozen=True)
 class Pose:
     """Position and orientation of a body: x_world = R x_body + position. Rotation: unit quaternion (w, x, y, z)."""
@@ -197,10 +192,20 @@ def _turn(p, q):
     return quaternion.logarithm(quaternion.product(quaternion.inverse(p), q))
 
 
-def pose_at(motion, time: float) -> Pose:
-    """The pose that a motion (a Pose, or a function of time giving a Pose or a position) gives at `time`."""
-    pose = value_at(motion, time)
-    return pose if isinstance(pose, Pose) else Pose(pose)
+def pose_at(motion, time: float, owner: str = "Body") -> Pose:
+    """The pose that a motion (a Pose, or a function of time giving a Pose or a position) gives at `time`.
+
+    Raises InputError in the name of `owner` where it fails or gives something else.
+    """
+
+    def pose(motion):
+        if isinstance(motion, Pose):
+            return motion
+        return Pose(
+            validate.numbers(owner, "motion", motion, shape=(3,), remedy="give a fs.Pose or a position (x, y, z)")
+        )
+
+    return validate.at_time(owner, pose, {"motion": motion}, time)
 
 
 def timeline(seconds: float, fps: float = 30.0) -> list[float]:

@@ -1,13 +1,12 @@
 """Rigs: hierarchies of bones that carry pieces of a skeleton (forward kinematics)."""
 
 import dataclasses
-
-import numpy as np
+import functools
 
 from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.potentials.primitive import Primitive
-from fieldsim.world.motion import IDENTITY, Pose, pose_at, value_at
+from fieldsim.world.motion import IDENTITY, Pose, pose_at
 
 
 @dataclasses.dataclass(frozen=True)
@@ -56,7 +55,7 @@ class Rig:
             self._time, self._poses = time, {}
         if name not in self._poses:
             bone = self.bones[name]
-            pose = bone.joint @ pose_at(bone.motion, time)
+            pose = bone.joint @ pose_at(bone.motion, time, f"Bone {name!r}")
             self._poses[name] = pose if bone.parent is None else self.pose(bone.parent, time) @ pose
         return self._poses[name]
 
@@ -65,16 +64,17 @@ class Rig:
         self.pose(name, 0.0)
         if not isinstance(primitive, Primitive):
             raise InputError(f"Rig.carry: {primitive!r} is no primitive; give e.g. a fs.Segment in the bone's frame")
-        fields = {key: self._moved(name, getattr(primitive, key)) for key in primitive.points}
-        fields |= {key: self._turned(name, getattr(primitive, key)) for key in primitive.directions}
+        fields = {key: self._moved(name, primitive, key) for key in (*primitive.points, *primitive.directions)}
         return dataclasses.replace(primitive, **fields)
 
-    def _moved(self, name, point):
-        return lambda time: tuple(self.pose(name, time).apply(value_at(point, time)).tolist())
+    def _moved(self, name, primitive, key):
+        """The field `key` of a primitive, moved along with a bone where it is a point, turned where a direction."""
+        owner = type(primitive).__name__
 
-    def _turned(self, name, direction):
-        def turned(time):
-            vector = validate.vector("Rig", "direction", value_at(direction, time))
-            return tuple((self.pose(name, time).matrix @ np.array(vector)).tolist())
+        def moved(time):
+            vector = functools.partial(validate.vector, owner, key)
+            own = validate.at_time(owner, lambda **v: vector(v[key]), {key: getattr(primitive, key)}, time)
+            pose = self.pose(name, time)
+            return tuple((pose.apply(own) if key in primitive.points else pose.matrix @ own).tolist())
 
-        return turned
+        return moved

@@ -16,7 +16,7 @@ from fieldsim.potentials.mesh import TriangleMesh
 from fieldsim.world import quaternion
 from fieldsim.world.color import color_rgb
 from fieldsim.world.material import Material
-from fieldsim.world.motion import IDENTITY, Pose, pose_at, value_at
+from fieldsim.world.motion import IDENTITY, Pose, pose_at
 
 # What a row of `Solids.sizes` means, for each kind, in the shape's own frame.
 BALL = 0  # radius
@@ -335,11 +335,14 @@ class ShapeGroup:
     def poses_at(self, time: float) -> tuple[np.ndarray, np.ndarray]:
         """Positions (N, 3) and rotations (N, 3, 3) of the shapes at `time`."""
         count = len(self.shapes)
-        value = value_at(self.motion, time)
-        if isinstance(value, tuple) and len(value) == 2:
-            return checked_poses(value, count)
-        pose = pose_at(value, time) if isinstance(value, Pose) else Pose(value)
-        return np.broadcast_to(pose.position, (count, 3)), np.broadcast_to(pose.matrix, (count, 3, 3))
+
+        def poses(motion):
+            if isinstance(motion, tuple) and len(motion) == 2:
+                return checked_poses("World.add_shape", "motion", motion, count)
+            pose = pose_at(motion, time, "World.add_shape")
+            return np.broadcast_to(pose.position, (count, 3)), np.broadcast_to(pose.matrix, (count, 3, 3))
+
+        return validate.at_time("World.add_shape", poses, {"motion": self.motion}, time)
 
     def solids(self, time: float) -> Solids:
         """The shapes in their own frames, with their materials at `time`."""
@@ -378,15 +381,17 @@ def _several(name, value):
     return values
 
 
-def checked_poses(pair, count: int) -> tuple[np.ndarray, np.ndarray]:
+def checked_poses(owner: str, name: str, pair, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Positions (N, 3) and rotations (N, 3, 3) of `count` shapes; the rotations may be given as quaternions (N, 4)."""
-    positions = validate.points("ShapeGroup", "positions", pair[0])
-    rotations = np.asarray(pair[1], dtype=float)
+    if len(pair := validate.listed(owner, name, pair)) != 2:
+        raise InputError(f"{owner}: {name} has {len(pair)} parts; give a pair of positions and rotations")
+    positions = validate.points(owner, f"{name}[0]", pair[0])
+    rotations = given = validate.numbers(owner, f"{name}[1]", pair[1])
     if rotations.shape == (count, 4):
         rotations = quaternion.matrices(rotations)
-    if len(positions) != count or rotations.shape != (count, 3, 3) or not np.isfinite(rotations).all():
+    if len(positions) != count or rotations.shape != (count, 3, 3):
         raise InputError(
-            f"ShapeGroup: poses of shape {positions.shape} and {np.shape(pair[1])} for {count} shapes; give finite "
-            f"positions ({count}, 3) and rotations, ({count}, 4) unit quaternions or ({count}, 3, 3) matrices"
+            f"{owner}: {name} has positions of shape {positions.shape} and rotations of shape {given.shape} for "
+            f"{count} shapes; give ({count}, 3) and ({count}, 4) unit quaternions or ({count}, 3, 3) matrices"
         )
     return positions, rotations

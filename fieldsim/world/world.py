@@ -13,7 +13,7 @@ from fieldsim.world.body import Body, Particles
 from fieldsim.world.color import color_rgb
 from fieldsim.world.light import DEFAULT_LIGHTS, Background, Fog, Light
 from fieldsim.world.material import Material
-from fieldsim.world.motion import IDENTITY, Pose, pose_at
+from fieldsim.world.motion import IDENTITY, Pose
 from fieldsim.world.shapes import PLAIN, ShapeGroup, Solids, checked_poses, joined
 
 
@@ -74,10 +74,11 @@ class World:
 
     def at(self, time: float) -> "Snapshot":
         """The world at `time`: moving and deforming bodies as they are then, particles as they start."""
+        time = validate.number("World.at", "time", time)
         return Snapshot(
             self,
-            float(time),
-            tuple(pose_at(body.motion, time) for body in self.bodies),
+            time,
+            tuple(body.pose_at(time) for body in self.bodies),
             tuple(p.positions for p in self.particles),
             tuple(p.velocities for p in self.particles),
         )
@@ -132,7 +133,10 @@ class Snapshot:
                 "give one pair of positions and rotations per World.add_shape"
             )
         else:
-            poses = [checked_poses(p, len(g.shapes)) for g, p in zip(groups, self.shape_poses, strict=True)]
+            poses = [
+                checked_poses("Snapshot", f"shape_poses[{index}]", pair, len(group.shapes))
+                for index, (group, pair) in enumerate(zip(groups, self.shape_poses, strict=True))
+            ]
         return joined(group.solids(self.time).placed(*pose) for group, pose in zip(groups, poses, strict=True))
 
     @functools.cached_property

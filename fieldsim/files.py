@@ -16,6 +16,7 @@ import stat
 import warnings
 import weakref
 
+from fieldsim import validate
 from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
 
 try:
@@ -49,6 +50,30 @@ class Part:
         kept = next(name for name in names(self.target) if claim(self.path, name))
         self.discard()
         return kept
+
+
+def checked_target(owner: str, value) -> pathlib.Path:
+    """The path of a file that is to be written; InputError, before any work, for one that cannot be."""
+    path = validate.path(owner, "path", value)
+    folder = path.parent
+    if not os.path.isdir(folder):
+        raise InputError(f"{owner}: {str(path)!r}: the folder {str(folder)!r} does not exist; create it first")
+    if os.path.isdir(path):
+        raise InputError(f"{owner}: {str(path)!r}: this is a folder; give a file's name")
+    try:
+        mode = path.lstat().st_mode
+    except FileNotFoundError:
+        mode = stat.S_IFREG
+    except OSError as reason:
+        raise InputError(f"{owner}: {str(path)!r} cannot be the name of a file: {reason.strerror}") from None
+    # A link is not followed, but replaced.
+    if not (stat.S_ISREG(mode) or stat.S_ISLNK(mode)):
+        raise InputError(f"{owner}: {str(path)!r} is a device or a pipe; give a file's name")
+    if stat.S_ISREG(mode) and path.exists() and not os.access(path, os.W_OK):
+        raise InputError(f"{owner}: {str(path)!r} may not be written; give another name, or the right to write it")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise InputError(f"{owner}: {str(path)!r}: nothing may be written into the folder {str(folder)!r}")
+    return path
 
 
 def write(owner: str, target, data: bytes) -> None:

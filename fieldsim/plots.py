@@ -2,12 +2,11 @@
 
 import dataclasses
 import io
-import os
 import pathlib
-import secrets
 
 import numpy as np
 
+from fieldsim import files, validate
 from fieldsim.errors import InputError
 
 DPI = 100
@@ -105,19 +104,12 @@ class Picture:
 
         with rc_context({"svg.hashsalt": "fieldsim"}):
             drawing.savefig(data, format=kind[1:], metadata=undated.get(kind))
-        partial = path.with_name(f".{path.stem}-{secrets.token_hex(4)}.part{path.suffix}")
-        try:
-            partial.write_bytes(data.getvalue())
-            os.replace(partial, path)
-        finally:
-            partial.unlink(missing_ok=True)
+        files.write("Picture", path, data.getvalue())
 
 
 def checked_path(path) -> pathlib.Path:
     """The path of a picture; raises InputError for one that cannot be."""
-    path = pathlib.Path(path)
+    path = validate.path("Picture", "path", path)
     if path.suffix.lower() not in KINDS:
         raise InputError(f"{path}: a picture ends in .png, .svg or .pdf")
-    if not path.parent.is_dir():
-        raise InputError(f"{path}: the folder {str(path.parent)!r} does not exist; create it first")
-    return path
+    return files.checked_target("Picture", path)

@@ -8,7 +8,8 @@ import warnings
 
 import pytest
 
-from fieldsim import files
+import fieldsim as fs
+from fieldsim import files, plots
 from fieldsim.errors import FieldsimWarning, InputError
 
 
@@ -132,3 +133,69 @@ def test_errors_are_told_what_was_kept():
         files.say(error, "b is kept")
     assert str(own) == "a is wrong; b is kept"
     assert other.__notes__ == ["b is kept"]
+
+
+def made_file(path, mode=0o644):
+    path.write_bytes(b"old")
+    path.chmod(mode)
+    return path
+
+
+# What takes the path of a file to be written.
+MESH = fs.TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
+WRITERS = {
+    ".stl": MESH.save,
+    ".svg": plots.checked_path,
+}
+
+
+@pytest.mark.parametrize("ending", WRITERS)
+def test_names_that_cannot_be_written_are_refused_at_once(tmp_path, ending):
+    (tmp_path / f"folder{ending}").mkdir()
+    made_file(tmp_path / "plain")
+    cases = {
+        tmp_path / ("a" * 300 + ending): "cannot be the name of a file: File name too long",
+        f"{tmp_path}/a\0b{ending}": "give the path of a file as a string",
+        f"{tmp_path}/\ud800{ending}": "give the path of a file as a string",
+        os.fsencode(tmp_path) + b"/a" + ending.encode(): "give the path of a file as a string",
+        7: "give the path of a file",
+        tmp_path / "nowhere" / f"a{ending}": "does not exist; create it first",
+        tmp_path / "plain" / f"a{ending}": "does not exist; create it first",
+        tmp_path / f"folder{ending}": "this is a folder; give a file's name",
+    }
+    if hasattr(os, "mkfifo"):
+        os.mkfifo(tmp_path / f"pipe{ending}")
+        cases[tmp_path / f"pipe{ending}"] = "is a device or a pipe"
+    for path, words in cases.items():
+        with pytest.raises(InputError, match=words):
+            WRITERS[ending](path)
+    assert not [name for name in names(tmp_path) if "part" in name]
+
+
+@pytest.mark.parametrize("ending", WRITERS)
+def test_what_may_not_be_written_is_refused_at_once(tmp_path, ending, monkeypatch):
+    """Rights as a user has them: root may write anywhere."""
+    locked = tmp_path / "locked"
+    locked.mkdir()
+    kept = made_file(tmp_path / f"a{ending}")
+    monkeypatch.setattr(os, "access", lambda path, mode: os.fspath(path) not in (str(kept), str(locked)))
+    with pytest.raises(InputError, match="may not be written; give another name"):
+        WRITERS[ending](kept)
+    with pytest.raises(InputError, match="nothing may be written into the folder"):
+        WRITERS[ending](locked / f"a{ending}")
+    assert kept.read_bytes() == b"old"
+
+
+@pytest.mark.parametrize("ending", ["stl", "obj", "ply", "off", "glb"])
+def test_no_link_is_followed(tmp_path, ending):
+    """Neither at a name that a part could have, nor at the target, which is replaced."""
+    pytest.importorskip("trimesh")
+    victim = made_file(tmp_path / "victim")
+    shared = tmp_path / "shared"
+    shared.mkdir()
+    for name in (f".a.{ending}.part", f".a.{ending}", f"a.{ending}"):
+        (shared / name).symlink_to(victim)
+    MESH.save(shared / f"a.{ending}")
+    assert victim.read_bytes() == b"old"
+    assert not (shared / f"a.{ending}").is_symlink()
+    assert len(fs.mesh(shared / f"a.{ending}").faces) == 4

@@ -2,11 +2,10 @@
 
 import dataclasses
 import os
-import pathlib
 
 import numpy as np
 
-from fieldsim import validate
+from fieldsim import files, validate
 from fieldsim.errors import InputError
 from fieldsim.potentials.triangle import Triangle
 
@@ -51,20 +50,14 @@ class TriangleMesh:
 
     def save(self, path) -> None:
         """Write to a file whose ending names the format: .stl, .obj, .ply, .glb, ... (extra `mesh`)."""
-        path = pathlib.Path(path)
+        path = validate.path("TriangleMesh", "path", path)
         kind = path.suffix.lower().removeprefix(".")
-        trimesh = _trimesh(f"writing {str(path)!r}")
         if kind not in WRITTEN:
             raise InputError(f"TriangleMesh: {str(path)!r} ends in no format of meshes; known: {', '.join(WRITTEN)}")
+        path = files.checked_target("TriangleMesh", path)
+        trimesh = _trimesh(f"writing {str(path)!r}")
         data = trimesh.Trimesh(self.vertices, self.faces, process=False).export(file_type=kind)
-        partial = path.with_name(f".{path.name}.part")
-        try:
-            partial.write_bytes(data.encode() if isinstance(data, str) else data)
-            os.replace(partial, path)
-        except OSError as reason:
-            raise InputError(f"TriangleMesh: {str(path)!r} cannot be written: {reason.strerror}") from None
-        finally:
-            partial.unlink(missing_ok=True)
+        files.write("TriangleMesh", path, data.encode() if isinstance(data, str) else data)
 
     def triangles(self) -> tuple[Triangle, ...]:
         """The faces as primitives: the skeleton of a hollow shell."""

@@ -22,10 +22,10 @@ from fieldsim.dynamics.integrators import (
     SofroniouSpaletta10,
     Splitting,
 )
-from fieldsim.dynamics.radau import Radau, beyond_radau
+from fieldsim.dynamics.radau import Radau
+from fieldsim.dynamics.refusals import method_refusal
 from fieldsim.dynamics.sources import Sources, field_and_gradient, upload
 from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
-from fieldsim.world.world import World
 
 # An evaluation with the Hessian takes about so many times one without.
 HESSIAN_COST = 1.5
@@ -98,9 +98,9 @@ def integrator_of(owner: str, value) -> Integrator:
         return Leapfrog()
     if isinstance(value, str) and value == "auto":
         return Auto()
-    if not isinstance(value, Integrator):
-        raise InputError(f'{owner}: integrator is {value!r}; give one such as fs.Leapfrog(dt), "auto" or None')
-    return value
+    return validate.instance(
+        owner, "integrator", value, Splitting | Radau | Auto, 'give one such as fs.Leapfrog(dt), "auto" or None'
+    )
 
 
 def integrator_named(text: str) -> Integrator:
@@ -133,14 +133,16 @@ def choose(auto: Auto, world, time: float, simulate) -> Choice:
     if not math.isfinite(pace):  # nothing moves, or nothing pulls
         return Choice(auto, Leapfrog(), 0.0, 1.0 / Leapfrog().dt)
     span = SPAN * pace if auto.span is None else auto.span
-    flyable = not beyond_radau(sample)
+    flyable = not method_refusal(Radau(), sample)
     if flyable:
         sample = _closest(sample, time, span, simulate)
     best = None
     for method in auto.candidates:
+        if method_refusal(method(), sample):
+            continue
         if method is not Radau:
             best = _better(best, method, auto, pace, span, functools.partial(simulate, sample))
-        elif flyable:
+        else:
             best = _adaptive(best, auto, span, functools.partial(simulate, sample))
     if best is None:
         names = ", ".join(method.__name__ for method in auto.candidates)
@@ -169,27 +171,22 @@ def _closest(world, time, span, simulate):
 
 def _with_states(world, x, v):
     """The world with its particles at x (N, 3) with velocities v (N, 3)."""
-    moved = World(lights=world.lights, background=world.background)
-    moved.bodies = list(world.bodies)
     ends = np.cumsum([len(particles) for particles in world.particles])[:-1]
-    for particles, here, speed in zip(world.particles, np.split(x, ends), np.split(v, ends), strict=True):
-        moved.particles.append(dataclasses.replace(particles, positions=here, velocities=speed))
-    return moved
+    sets = zip(world.particles, np.split(x, ends), np.split(v, ends), strict=True)
+    return world.replace(particles=[dataclasses.replace(p, positions=here, velocities=to) for p, here, to in sets])
 
 
 def _sample(world):
     """The world with at most SAMPLE of its particles, evenly spread over them."""
     total = sum(len(particles) for particles in world.particles)
     chosen = np.unique(np.linspace(0, total - 1, min(SAMPLE, total)).astype(int)) if total else np.zeros(0, int)
-    sample = World(lights=world.lights, background=world.background)
-    sample.bodies = list(world.bodies)
-    first = 0
+    sets, first = [], 0
     for particles in world.particles:
         own = chosen[(chosen >= first) & (chosen < first + len(particles))] - first
         first += len(particles)
         fields = {"positions": particles.positions[own], "velocities": particles.velocities[own]}
-        sample.particles.append(dataclasses.replace(particles, **fields))
-    return sample
+        sets.append(dataclasses.replace(particles, **fields))
+    return world.replace(particles=sets)
 
 
 def _pace(world, time):

@@ -5,7 +5,7 @@ import warnings
 
 import numpy as np
 
-from fieldsim.dynamics.diagnostics import changing, common_spin, energy, jacobi
+from fieldsim.dynamics.diagnostics import acting, changing, common_spin, energy, jacobi, repels
 from fieldsim.dynamics.integrators import Splitting
 from fieldsim.dynamics.totals import BODIES, Drift, totals_of
 from fieldsim.dynamics.work import Work
@@ -72,8 +72,9 @@ class EnergyLog:
 
     Still bodies keep each particle's energy; bodies that all turn with one Spin keep its Jacobi integral; for other
     motions the work that they do is followed and taken off (see `Work`), at some cost; under Radau, whose steps are
-    each particle's own, it is not, and no particle is judged, nor where bodies move freely or particles pull each
-    other. Particles that touched a surface lose or gain energy there and are left out from then on.
+    each particle's own, it is not, and no particle is judged, nor where bodies move freely, particles pull each other,
+    or moving surfaces repel them. Particles that touched a surface lose or gain energy there and are left out from
+    then on.
 
     Free bodies together keep their energy, contacts included, where all prescribed bodies stand still, and where there
     are none also their momentum and angular momentum; so do, together, particles that pull each other. These are
@@ -85,12 +86,11 @@ class EnergyLog:
     def __init__(self, simulation):
         self._simulation = simulation
         self.totals = totals_of(simulation)
-        pulling = [body for body in simulation.world.bodies if body.gravity is not None]
+        bodies = acting(simulation.world)
         self._spin = common_spin(simulation.world)
-        still = not any(body.moving or changing(body) for body in pulling)
-        if simulation.mutual or any(body.free for body in pulling):
-            still, self._spin = False, None
-        follows = not (still or self._spin or simulation.mutual or simulation.bodies)
+        still = not (simulation.mutual or any(body.moving or changing(simulation.world, body) for body in bodies))
+        # The work of gravity can be followed, that of surfaces cannot.
+        follows = not (still or self._spin or simulation.mutual or simulation.bodies or repels(simulation.world))
         follows = follows and isinstance(simulation.integrator, Splitting)
         self._work = Work(simulation) if follows else None
         kept = "energy" if still else "Jacobi integral" if self._spin else ""

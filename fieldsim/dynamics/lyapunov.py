@@ -12,8 +12,8 @@ import numpy as np
 import warp as wp
 
 from fieldsim import validate
-from fieldsim.dynamics.integrators import moments
-from fieldsim.dynamics.section import refuse_contact, splitting_for
+from fieldsim.dynamics.refusals import refuse
+from fieldsim.dynamics.section import splitting_for
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.dynamics.sources import Stages, hessian_at
 from fieldsim.dynamics.state import State, added
@@ -44,22 +44,24 @@ class Lyapunov:
 def lyapunov(
     world, duration: float, integrator=None, *, count=1, samples=100, seed=0, device=None, threads=None
 ) -> Lyapunov:
-    """Lyapunov exponents of the particles of `world` over `duration`.
+    """Lyapunov exponents of the particles of `world` over `duration`: how fast neighbours of each part from it.
 
+    Bodies move as they do in a simulation, free ones too: no particle acts on them.
     count: how many exponents, 1..6; samples: equally spaced times at which they are given; seed: of the first tangent
     vectors. integrator: a splitting without force gradients (`Leapfrog()` unless told). Raises InputError for others,
-    and where particles have a contact law.
+    and where particles have a contact law, may escape or pull each other.
     """
-    refuse_contact(world, "lyapunov")
+    refuse("lyapunov", "lyapunov", world)
     duration = validate.number("lyapunov", "duration", duration, above=0.0)
     if count not in range(1, 7):
         raise InputError(f"lyapunov: count is {count!r}; give 1 to 6, as many as phase space has dimensions")
     if samples < 1:
         raise InputError(f"lyapunov: samples is {samples!r}; give at least 1")
-    simulation = _Tangent(world, splitting_for("lyapunov", integrator), device=device, threads=threads)
-    if any(simulation.integrator.gradients):
-        name = type(simulation.integrator).__name__
+    integrator = splitting_for("lyapunov", integrator)
+    if any(integrator.gradients):
+        name = type(integrator).__name__
         raise InputError(f"lyapunov: {name} has force gradients, whose derivative is not known; give fs.BlanesMoan6")
+    simulation = _Tangent(world, integrator, device=device, threads=threads)
     simulation.begin(count, seed)
     times = np.linspace(0.0, duration, samples + 1)[1:]
     rows = []
@@ -82,15 +84,13 @@ class _Tangent(Simulation):
         )
         self.growth = wp.zeros((self._count, count), dtype=wp.float64, device=self.device)
 
-    def _leap(self, steps, start, dt):
+    def _fly(self, steps, start, dt, gravity):
         method = method_of(self.integrator, dt, self.device)
-        gravity = self._gravity_at(start + dt * moments(steps, self.integrator.nodes))
         options = {"device": self.device, "grain": 2, "threads": self.threads}
         tangent = [self._dx, self._dv]
         kernel = tangent_kernel(self._gravity.kinds_used)
         outputs = [self._state, *tangent, self.growth]
         launch(kernel, self._count, [len(steps), method, gravity], outputs, **options)
-        self._steps_done += len(steps) * self._count
 
 
 @wp.func

@@ -11,7 +11,6 @@ import warp as wp
 
 from fieldsim.dynamics.sources import Stages, field_at
 from fieldsim.dynamics.state import State, added
-from fieldsim.errors import InputError
 from fieldsim.launch import launch
 from fieldsim.potentials import cells
 from fieldsim.potentials.point import Point
@@ -98,18 +97,12 @@ def drift_kernel(
 
 
 class MutualGravity:
-    """The pull of a world's particles on each other. len(): how many pull."""
+    """The pull of a world's particles on each other, all with one kernel (see `refusals`). len(): how many pull."""
 
     def __init__(self, world, device, threads=None):
         self.device, self.threads = device, threads
         pulling = [particles for particles in world.particles if particles.gravity is not None]
         self._kernel = pulling[0].gravity if pulling else None
-        if any(particles.gravity != self._kernel for particles in pulling):
-            raise InputError("particles of several sets pull each other with different kernels; give them one gravity")
-        if pulling and any(particles.contact for particles in world.particles):
-            raise InputError(
-                "particles cannot both pull each other and collide with surfaces; give them contact=None, or no gravity"
-            )
         strengths = [np.full(len(p), p.G * p.mass if p.gravity is not None else 0.0) for p in world.particles if len(p)]
         # G m of each particle, 0 of those that do not pull.
         self.strengths = np.concatenate([[], *strengths])
@@ -128,8 +121,6 @@ class MutualGravity:
 
     def leap(self, state: State, steps: int, dt: float, method, gravity: Stages, kinds_used) -> None:
         """Take all particles through `steps` steps; gravity: the bodies' tables at the stages of all of them."""
-        if any(method.gradients):
-            raise InputError(f"{method!r} cannot move particles that pull each other; give one without force gradients")
         count = len(self.strengths)
         kick = kick_kernel(kinds_used, type(self._kernel))
         options = {"device": self.device, "threads": self.threads, "grain": 16}

@@ -52,27 +52,6 @@ class Radau(Integrator):
         return (5040.0 * self.tolerance) ** (1.0 / 7.0)
 
 
-def beyond_radau(world) -> str:
-    """What of a world Radau cannot move, and the remedy, or nothing."""
-    for index, particles in enumerate(world.particles):
-        if particles.contact is not None:
-            return (
-                f"particles of set {index} have contact {particles.contact!r}, which Radau does not know; "
-                "give them contact=None, or the simulation another integrator"
-            )
-    if world.escape_radius is not None:
-        return (
-            f"the world's escape_radius is {world.escape_radius:g}, which Radau does not know; "
-            "leave it out, or give the simulation another integrator"
-        )
-    if any(body.free for body in world.bodies) or any(p.gravity is not None for p in world.particles):
-        return (
-            "Radau moves neither free bodies nor particles that pull each other; "
-            "give a splitting such as fs.BlanesMoan6(dt)"
-        )
-    return ""
-
-
 class RadauRun:
     """The particles of a simulation under `Radau`: their state, and their dense output.
 
@@ -81,9 +60,6 @@ class RadauRun:
     """
 
     def __init__(self, radau: Radau, world, sources: Sources, positions, velocities, time: float, *, threads=None):
-        refusal = beyond_radau(world)
-        if refusal:
-            raise InputError(f"Simulation: {refusal}")
         self._sources, self._device, self._threads = sources, positions.device, threads
         self._windows = Windows(sources, world, time, self._device)
         self._count = len(positions)

@@ -9,6 +9,7 @@ import warnings
 import numpy as np
 import warp as wp
 
+from fieldsim.dynamics.refusals import refuse_method
 from fieldsim.dynamics.rigid_body import FreeBody, free_body, log_slope
 from fieldsim.dynamics.rigid_steps import Splitting, energy_kernel, rigid_kernel
 from fieldsim.dynamics.rigid_tables import HOST, host_array, masses_of, prescribed_tables, shells_of, state_of
@@ -18,7 +19,6 @@ from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
 from fieldsim.launch import launch
 from fieldsim.world import quaternion
 from fieldsim.world.motion import Pose
-from fieldsim.world.world import World
 
 # Where a point of one surface starts within the other's field of more than this, the two overlap.
 OVERLAP = 1.001
@@ -68,6 +68,7 @@ class FreeBodies:
     def leap(self, times, dt: float, method) -> None:
         """Move from times[0] to times[-1], the stages of whole steps of length dt."""
         times = np.asarray(times)
+        refuse_method("Simulation", method, self.world)
         stages, steps = len(times), (len(times) - 1) // len(method.drifts)
         self._warn_of_stiffness(dt)
         state = self._state
@@ -200,7 +201,7 @@ class FreeBodies:
 
     def wrench(self, source: int, b: int) -> tuple[np.ndarray, np.ndarray]:
         """Force (3,) and torque (3,) about its centre of mass, world frame, of body `source` of the world on body b."""
-        alone, chosen = World(), [b]
+        alone, chosen = self.world.replace(bodies=[]), [b]
         if source in self._number:
             chosen = sorted({b, self._number[source]})
         else:
@@ -219,12 +220,7 @@ class FreeBodies:
 
 
 def _splitting(method) -> Splitting:
-    """The shares of a method's steps; raises InputError for one that free bodies cannot be moved by."""
-    if not hasattr(method, "kicks") or any(method.gradients):
-        raise InputError(
-            f"Simulation: {method!r} cannot move free bodies; give a splitting without force gradients, such as "
-            "fs.Leapfrog(dt)"
-        )
+    """The shares of a method's steps."""
     splitting = Splitting()
     splitting.kicks = host_array(method.kicks, wp.float64)
     splitting.drifts = host_array(method.drifts, wp.float64)

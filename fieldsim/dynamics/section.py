@@ -7,9 +7,10 @@ import numpy as np
 import warp as wp
 
 from fieldsim import validate
-from fieldsim.dynamics.integrators import Leapfrog, Splitting, moments
+from fieldsim.dynamics.integrators import Leapfrog, Splitting
 from fieldsim.dynamics.radau import Radau
 from fieldsim.dynamics.radau_section import radau_crossings
+from fieldsim.dynamics.refusals import refuse
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.dynamics.sources import Stages, field_at, spin_poses
 from fieldsim.dynamics.state import State
@@ -74,12 +75,12 @@ def poincare(world, section: Section, duration: float, integrator=None, *, devic
 
     integrator: `Leapfrog()` unless told. Under a splitting a crossing is found on the quintic through position,
     velocity and acceleration at both ends of a step (error dt^6), under `Radau` to rounding. An orbit that pierces
-    the plane twice within one step only touches it, and is not seen to. Particles move freely: those with a contact law
-    are refused.
+    the plane twice within one step only touches it, and is not seen to. Bodies move as they do in a simulation, free
+    ones too. Raises InputError where particles have a contact law, may escape or pull each other.
     """
     if not isinstance(section, Section):
         raise InputError(f"poincare: section is {section!r}; give a fs.Section")
-    refuse_contact(world, "poincare")
+    refuse("poincare", "poincare", world)
     duration = validate.number("poincare", "duration", duration, above=0.0)
     options = {"device": device, "threads": threads}
     if isinstance(integrator, Radau):
@@ -99,13 +100,6 @@ def splitting_for(who, integrator) -> Splitting:
     return integrator
 
 
-def refuse_contact(world, who):
-    """Raise InputError where a particle may touch something: studies of free motion know no contact."""
-    for index, particles in enumerate(world.particles):
-        if particles.contact is not None:
-            raise InputError(f"{who}: particles of set {index} have contact={particles.contact!r}; give contact=None")
-
-
 class _Sectioned(Simulation):
     """A simulation of free motion that records crossings of its `section`."""
 
@@ -115,9 +109,8 @@ class _Sectioned(Simulation):
         super().__init__(*args, **options)
         self._found = []
 
-    def _leap(self, steps, start, dt):
+    def _fly(self, steps, start, dt, gravity):
         tables = method_of(self.integrator, dt, self.device)
-        gravity = self._gravity_at(start + dt * moments(steps, self.integrator.nodes))
         planes = self._planes(start + dt * np.append(steps, steps[-1] + 1))
         shape = (self._count, len(steps))
         times = wp.full(shape, np.nan, dtype=wp.float64, device=self.device)
@@ -134,7 +127,6 @@ class _Sectioned(Simulation):
             threads=self.threads,
         )
         self._keep(times.numpy(), x.numpy(), v.numpy(), start + dt * steps)
-        self._steps_done += len(steps) * self._count
 
     def _planes(self, times):
         """The plane at the steps' ends, (n, offset) each: n . x = offset."""

@@ -13,6 +13,7 @@ from fieldsim.dynamics.events import Events, balls_of, events_of
 from fieldsim.dynamics.integrators import moments
 from fieldsim.dynamics.mutual import MutualGravity
 from fieldsim.dynamics.radau import Radau, RadauRun
+from fieldsim.dynamics.refusals import refuse_method, refuse_mixture
 from fieldsim.dynamics.rigid import FreeBodies
 from fieldsim.dynamics.rigid_diagnostics import Wrenches, wrenches
 from fieldsim.dynamics.sources import Sources, Stages, field_and_gradient, upload
@@ -48,10 +49,12 @@ class Simulation:
         self.threads = threads
         self.choice: Choice | None = None
         self.integrator = integrator_of("Simulation", integrator)
+        refuse_mixture("Simulation", world)
         if isinstance(self.integrator, Auto):
             options = {"time": self.time, "device": device, "threads": threads}
             self.choice = choose(self.integrator, world, self.time, functools.partial(Simulation, **options))
             self.integrator = self.choice.integrator
+        refuse_method("Simulation", self.integrator, world)
         self._steps_done = 0
         self._watchers = []
         self._free = FreeBodies(world, self.time)
@@ -175,15 +178,19 @@ class Simulation:
         return max(1, min(LAUNCH_STEPS, by_work, by_rows))
 
     def _leap(self, steps, start, dt):
-        """Launch consecutive `steps`, counted from the time `start`."""
+        """Take consecutive `steps`, counted from the time `start`: first the free bodies, then what flies past them."""
         for watcher in self._watchers:
             watcher(self._gravity, self._state, steps, start, dt)
+        nodes = start + dt * moments(steps, self.integrator.nodes)
+        if self._free:
+            self._free.leap(nodes, dt, self.integrator)
+        self._fly(steps, start, dt, self._gravity_at(nodes))
+        self._steps_done += len(steps) * self._count
+
+    def _fly(self, steps, start, dt, gravity):
+        """Launch consecutive `steps` of all particles; gravity: the bodies' tables at the stages of all of them."""
         integrator = self.integrator
         method = method_of(integrator, dt, self.device)
-        nodes = start + dt * moments(steps, integrator.nodes)
-        if self._free:
-            self._free.leap(nodes, dt, integrator)
-        gravity = self._gravity_at(nodes)
         options = {"device": self.device, "threads": self.threads}
         if self._mutual:
             self._mutual.leap(self._state, len(steps), dt, integrator, gravity, self._gravity.kinds_used)
@@ -202,7 +209,6 @@ class Simulation:
             kernel = splitting_kernel(self._gravity.kinds_used, any(integrator.gradients), together)
             groups = -(-self._count // LANES) if together else self._count
             launch(kernel, groups, [len(steps), method, gravity], [self._state], grain=2, **options)
-        self._steps_done += len(steps) * self._count
 
     def watch(self, watcher) -> None:
         """Call `watcher(sources, state, steps, start, dt)` ahead of every launch of `steps` from time `start` on."""

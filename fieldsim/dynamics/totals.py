@@ -82,10 +82,9 @@ def _angular_momentum_of_bodies(bodies):
 
 
 def _energy_of_particles(simulation):
-    x, _v, weights = _weighted(simulation)
-    outside = energy(simulation.snapshot())
-    kinetic = weights @ outside.kinetic
-    potential = weights @ outside.potential + 0.5 * weights @ simulation.mutual.potential_energies(x)
+    _x, _v, weights = _weighted(simulation)
+    parts = energy(simulation.snapshot())
+    kinetic, potential = weights @ parts.kinetic, weights @ parts.potential
     return np.array([kinetic + potential]), kinetic + abs(potential)
 
 

@@ -48,6 +48,17 @@ class Primitive:
         corners = np.array([getattr(self, name) for name in self.points])
         return corners.min(axis=0), corners.max(axis=0)
 
+    def turns_about(self, point, axis) -> bool:
+        """Whether a turn about the line through `point` along the unit vector `axis` leaves all as it is.
+
+        It does where all points lie on the line and all directions along it: a Point, a Segment or a Circle there.
+        """
+        offsets = np.array([getattr(self, name) for name in self.points]) - point
+        along = [np.array(getattr(self, name)) for name in self.directions]
+        size = 1e-12 * (np.abs(offsets).max() + np.abs(point).max())
+        on_it = np.linalg.norm(np.cross(offsets, axis), axis=1).max() <= size
+        return bool(on_it and all(np.linalg.norm(np.cross(way, axis)) <= 1e-12 for way in along))
+
     def pack(self, row) -> None:
         """Write the geometry into an element row (see `cells`)."""
         raise NotImplementedError

@@ -55,6 +55,10 @@ class Pose:
 IDENTITY = Pose()
 
 
+# Two directions, places or rates that differ by this share of their size are one: by rounding.
+SAME = 1e-12
+
+
 @dataclasses.dataclass(frozen=True)
 class Spin:
     """Uniform rotation: at time t the body is turned by phase + rate t about `axis` through `center`.
@@ -78,6 +82,20 @@ class Spin:
         turned = Pose.turned(self.axis, self.phase + self.rate * time)
         center = np.asarray(self.center)
         return Pose(tuple(center - turned.matrix @ center), turned.rotation)
+
+    def same_line(self, other: "Spin") -> bool:
+        """Whether both turn about one line, in either sense, to rounding."""
+        axis, apart = np.array(self.axis), np.subtract(self.center, other.center)
+        size = max(np.abs(self.center).max(), np.abs(other.center).max())
+        aligned = np.linalg.norm(np.cross(axis, other.axis)) <= SAME
+        return bool(aligned and np.linalg.norm(np.cross(axis, apart)) <= SAME * size)
+
+    def same_as(self, other: "Spin") -> bool:
+        """Whether both are one turning motion, however they are written and whatever their phases, to rounding."""
+        if not self.rate and not other.rate:
+            return True
+        rate = math.copysign(other.rate, other.rate * np.dot(self.axis, other.axis))
+        return self.same_line(other) and abs(self.rate - rate) <= SAME * abs(rate)
 
 
 class Keyframes:

@@ -1,5 +1,6 @@
 """Worlds: bodies, particles, hard shapes, lights and a background; and what they look like at one moment."""
 
+import copy
 import dataclasses
 import functools
 import warnings
@@ -21,6 +22,7 @@ class World:
     """What there is. Plain values: physics and pictures read them.
 
     escape_radius: a particle farther than this from the origin has escaped: it stays where it is. None: none ever does.
+    bodies, particles, shapes: lists of what was added.
     """
 
     def __init__(
@@ -72,8 +74,31 @@ class World:
         self.shapes.append(group)
         return group
 
+    def replace(self, **changes) -> "World":
+        """A copy that loses nothing, with `changes`: bodies, particles, shapes (lists), lights, background, fog, ...
+
+            quick = world.replace(particles=[p for p in world.particles if p.name == "dust"], escape_radius=None)
+
+        The copy has lists of its own, of the same bodies, particles and shapes. Raises InputError as World does.
+        """
+        lists = {"bodies": Body, "particles": Particles, "shapes": ShapeGroup}
+        others = ("lights", "background", "fog", "escape_radius")
+        for name in changes:
+            if name not in lists and name not in others:
+                raise InputError(f"World.replace: a world has no {name!r}; give {', '.join([*lists, *others])}")
+        checked = World(**{name: value for name, value in changes.items() if name in others})
+        copied = copy.copy(self)
+        for name in others:
+            if name in changes:
+                setattr(copied, name, getattr(checked, name))
+        for name, kind in lists.items():
+            values = changes.get(name, getattr(self, name))
+            remedy = f"give a list of {kind.__name__}, as world.{name} is"
+            setattr(copied, name, list(validate.instances("World.replace", name, values, kind, remedy)))
+        return copied
+
     def at(self, time: float) -> "Snapshot":
-        """The world at `time`: moving and deforming bodies as they are then, particles as they start."""
+        """The world at `time`: bodies with a motion as they are then, free ones and particles as they start."""
         time = validate.number("World.at", "time", time)
         return Snapshot(
             self,

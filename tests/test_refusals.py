@@ -118,7 +118,10 @@ def test_a_copy_of_a_world_loses_nothing():
         pass
 
     world = Mine(
-        lights=[fs.PointLight(position=(0, 0, 1))], fog=fs.Fog(0.1), background=fs.Background(stars=0.2), escape_radius=9.0
+        lights=[fs.PointLight(position=(0, 0, 1))],
+        fog=fs.Fog(0.1),
+        background=fs.Background(stars=0.2),
+        escape_radius=9.0,
     )
     world.add_body(SUN)
     world.add_shape(fs.Ball((0, 0, 0), 1.0))

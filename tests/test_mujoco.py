@@ -249,6 +249,7 @@ def test_masses_are_seen_live(box):
     with fs.mujoco.FieldForces(model, data, PLANET):
         before = passive(model, data)
         model.body_mass[2] *= 2.0
+        model.body_inertia[2] *= 2.0
         np.testing.assert_allclose(passive(model, data)[6:9], 2.0 * before[6:9], rtol=1e-15)
 
 

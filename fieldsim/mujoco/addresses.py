@@ -50,6 +50,18 @@ def allocate(typing_context, size):
 
 
 @intrinsic
+def differ(typing_context, one, other, size):
+    """Whether `size` bytes at two addresses differ, by C's memcmp: 0 where they do not."""
+
+    def generate(context, builder, signature, arguments):
+        word, half = context.get_value_type(types.intp), context.get_value_type(types.int32)
+        memcmp = cgutils.get_or_insert_function(builder.module, ir.FunctionType(half, [word] * 3), "memcmp")
+        return builder.call(memcmp, arguments)
+
+    return types.int32(types.intp, types.intp, types.intp), generate
+
+
+@intrinsic
 def release(typing_context, address):
     """Give memory back to C's free."""
 

@@ -10,6 +10,7 @@ from fieldsim import validate
 from fieldsim.dynamics.rigid_body import log_slope
 from fieldsim.errors import InputError
 from fieldsim.mujoco.contact import WIDTH
+from fieldsim.mujoco.models import label
 from fieldsim.mujoco.points import frame_of, mesh_of
 
 Kind = mujoco.mjtGeom
@@ -64,11 +65,16 @@ def slope_of(materials) -> float:
 def body_balls(model, body: int, law: Contact, radius: float) -> np.ndarray:
     """Rows (n, WIDTH) of all geoms of a body; radius: of the thinnest surface."""
     parts = [np.zeros((0, WIDTH))]
-    mass = model.body_subtreemass[model.body_rootid[body]]
+    mass = model.body_mass[model.body_rootid == model.body_rootid[body]].sum()
     for geom in range(model.body_geomadr[body], model.body_geomadr[body] + model.body_geomnum[body]):
         if not (model.geom_contype[geom] or model.geom_conaffinity[geom]):
             continue  # only to be seen
         size = min(_thickness(model, geom), radius)
+        if not size > 0.0:
+            raise InputError(
+                f"FieldForces: geom {label(model, geom)} has no thickness (size {model.geom_size[geom].tolist()}); "
+                "give it one for contact, or contype='0' conaffinity='0' to be seen alone"
+            )
         centers, axes = _shape(model, geom, _spacing(size, radius, law))
         turn, move = frame_of(model, geom)
         rows = np.zeros((len(centers), WIDTH))
@@ -118,9 +124,8 @@ def _shape(model, geom, spacing):
         return _box(size, spacing), none
     if kind in (Kind.mjGEOM_MESH, Kind.mjGEOM_SDF) and model.geom_dataid[geom] >= 0:
         return _far_apart(mesh_of(model, model.geom_dataid[geom])[0]), none
-    name = model.geom(geom).name or geom
     raise InputError(
-        f"FieldForces: geom {name!r} is of a type that the contact potential does not know; "
+        f"FieldForces: geom {label(model, geom)} is of a type that the contact potential does not know; "
         "give spheres, capsules, ellipsoids, cylinders, boxes or meshes, or contact=None"
     )
 

@@ -98,6 +98,20 @@ def last_dofs(model) -> np.ndarray:
     return found
 
 
+def numbers(model, touching: bool) -> None:
+    """Refuse masses, inertias and (where geoms count) sizes that MuJoCo's compiler would not have taken."""
+    for name, what in (("body_mass", "body"), ("body_inertia", "body"), ("geom_size", "geom")):
+        values = getattr(model, name)
+        bad = np.argwhere(~(np.isfinite(values) & (values >= 0.0)))
+        if len(bad) and (what == "body" or touching):
+            first = int(bad[0, 0])
+            named = getattr(model, what)(first).name or first
+            raise InputError(
+                f"FieldForces: the model's {name} of {what} {named!r} is {values[first].tolist()}; give finite numbers "
+                "of at least 0"
+            )
+
+
 def finite(model, bodies, forces) -> None:
     """Refuse a start at which a force or energy of a body, a row of (n, .), is not finite."""
     bad = np.flatnonzero(~np.isfinite(forces).all(axis=1))

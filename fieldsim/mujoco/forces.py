@@ -3,6 +3,7 @@
 import contextlib
 import copy
 import warnings
+import weakref
 
 import mujoco
 import numpy as np
@@ -15,7 +16,8 @@ from fieldsim.mujoco.contact import WIDTH
 from fieldsim.mujoco.energy import ModelEnergy, copy_state, own_energies
 from fieldsim.mujoco.points import equal_points, geom_points
 from fieldsim.mujoco.sums import LENGTHS
-from fieldsim.mujoco.tables import Plan, Table, sources_of, views_of
+from fieldsim.mujoco.tables import Plan, Table, renewed, sources_of, views_of
+from fieldsim.mujoco.watch import Watch, names_of
 from fieldsim.world.body import Body
 
 ACCURACIES = ("points", "geoms", "torque")
@@ -41,6 +43,10 @@ class FieldForces:
     native: run as native code, without Python or its lock; False runs the same in Python, slowly, to debug. Where a
     source moves or deforms by a function of time, that function is asked in Python at every stage.
 
+    Numbers of the model may be changed at any time (masses, inertias, frames and sizes of geoms, what touches, the time
+    step): the next stage of a step sees it, as does every question; vertices of meshes are seen by questions, and
+    when entered, or after `refresh()`. Of a body with gravcomp that share of the field's gravity is compensated.
+
     Raises InputError for what cannot be (see `checks`), when made or when entered. What was there as MuJoCo's callback
     runs first, and is put back at the end.
     """
@@ -62,14 +68,17 @@ class FieldForces:
             raise InputError(f"FieldForces: accuracy is {accuracy!r}; give one of {', '.join(map(repr, ACCURACIES))}")
         self.model, self.data = model, data
         self.sources = sources_of(sources)
-        self.bodies = checks.bodies(model, bodies)
+        self._chosen, self.bodies = bodies, checks.bodies(model, bodies)
         self.accuracy, self.contact, self.keep_gravity, self.native = accuracy, contact, keep_gravity, native
         checks.gravity(model, keep_gravity)
+        checks.numbers(model, contact is not None or accuracy == "geoms")
         needs = "jet" if accuracy == "torque" else "field"
         self._gravity = Table(self.sources, "gravity", data.time, (needs,), native)
         self._surface = Table(self.sources if contact else (), "surface", data.time, LENGTHS, native)
         self._refuse_idle()
+        self._watch = Watch(model, names_of(accuracy, contact is not None), timestep=contact is not None)
         self._plan = self._planned()
+        self._failure, self._outgrown = None, []
         self._own_gravity = None
         self._kind = accuracy != "torque", contact is not None
         self._act = actor(*self._kind, native)
@@ -84,7 +93,8 @@ class FieldForces:
         from fieldsim.mujoco import native
 
         layout.check(data, native.PLACES)
-        self._head = native.head_of(self._plan)
+        self._changed = native.CALLED(_refreshing(weakref.ref(self)))
+        self._head = native.head_of(self._plan, self._watch.rows, self._changed)
         self._function = native.acting(*self._kind)
         self._locked = native.LOCKED(self._function.address)
 
@@ -113,6 +123,7 @@ class FieldForces:
             np.cumsum([0, *model.body_dofnum], dtype=np.int64),
             model.body_mass,
             model.body_inertia,
+            model.body_gravcomp,
             _firsts(points),
             np.concatenate([np.zeros((0, 4)), *points]),
             _firsts(balls),
@@ -142,13 +153,37 @@ class FieldForces:
         radius = min(material.radius for material in self._materials)
         return [body_balls(self.model, body, self.contact, radius) for body in self.bodies]
 
+    def refresh(self) -> None:
+        """See numbers of the model that were changed; steps, questions and entering do so by themselves.
+
+        Raises InputError for numbers that cannot be.
+        """
+        if self._watch.changed():
+            self._renew()
+
+    def _renew(self):
+        checks.numbers(self.model, self.contact is not None or self.accuracy == "geoms")
+        self.bodies = checks.bodies(self.model, self._chosen)
+        old, self._plan = self._plan, renewed(self._plan, self._planned())
+        # Another thread may be at work on them.
+        self._outgrown += [a for a, b in zip(old, self._plan, strict=True) if a is not b]
+        if self.native:
+            from fieldsim.mujoco import native
+
+            self._head[:] = native.head_of(self._plan, self._watch.rows, self._changed)
+        self._watch.renew()
+        self._failure = None
+        if callback.active(self):
+            self._warn_of_long_steps()
+
     # As a context
 
     def __enter__(self):
         checks.own_data(self.model, self.data)
         checks.options(self.model)
         checks.gravity(self.model, self.keep_gravity)
-        self._plan.law[3] = self.model.opt.timestep
+        self.refresh()
+        self._outgrown.clear()
         checks.finite(self.model, self.bodies, np.hstack([self._surveyed(self.data), self._at_centers()]))
         self._warn_of_long_steps()
         callback.begin(self)
@@ -180,11 +215,15 @@ class FieldForces:
             self.model.opt.gravity[:] = self._own_gravity
             self._own_gravity = None
         callback.end(self)
+        failed, self._failure = self._failure, None
+        if failed and failure == (None, None, None):
+            raise failed
 
     @contextlib.contextmanager
     def running(self):
         """Active within, whether or not it was already."""
         if callback.active(self):
+            self.refresh()
             yield self
         else:
             with self:
@@ -214,12 +253,15 @@ class FieldForces:
         if self.native:
             self._locked(self._head.ctypes.data, data._address, found.ctypes.data if len(found) else 0)
         else:
+            if self._watch.changed(thorough=False):
+                self._renew()
             self._act(self._plan, views_of(data), *self._turns, self._hung, found)
 
     # Questions
 
     def _surveyed(self, data):
         """Forces, torques, energies of field and contact, (n, 8), at the state of `data`; brings the scratch there."""
+        self.refresh()
         copy_state(self.model, data, self._scratch)
         found = np.full((len(self.bodies), 8), np.nan)
         self.act(self._scratch, found)
@@ -229,6 +271,7 @@ class FieldForces:
         """The same with every body's mass at its centre, now: points around it may miss a field singular there."""
         count = len(self.bodies)
         alone = copy.copy(self)
+        alone._watch = Watch(self.model, (), timestep=False)
         alone._plan = self._plan._replace(
             first_point=np.arange(count + 1, dtype=np.int64), points=np.tile((0.0, 0.0, 0.0, 1.0), (count, 1))
         )
@@ -257,6 +300,22 @@ class FieldForces:
             return self.data
         checks.own_data(self.model, data)
         return data
+
+
+def _refreshing(reference):
+    """What native code calls when a number of the model was changed: what is raised there waits for the next question.
+
+    reference: a weak one to the forces.
+    """
+
+    def refresh(*_):
+        forces = reference()
+        try:
+            forces._renew()
+        except BaseException as reason:
+            forces._failure = reason
+
+    return refresh
 
 
 def _reach(balls):

@@ -29,12 +29,17 @@ _TYPES = {
 
 def offsets() -> dict[str, int]:
     """Byte offsets in mjData of the `FIELDS`; raises FieldsimError for a MuJoCo whose description is not understood."""
+    return places_of("mjData", FIELDS)
+
+
+def places_of(struct: str, fields) -> dict[str, int]:
+    """Byte offsets of fields in a struct of MuJoCo's; raises FieldsimError where they are not known."""
     try:
-        layout = _structure("mjData")
-        return {name: getattr(layout, name).offset for name in FIELDS}
+        layout = _structure(struct)
+        return {name: getattr(layout, name).offset for name in fields}
     except (KeyError, AttributeError) as reason:
         raise FieldsimError(
-            f"MuJoCo {mujoco.__version__} describes mjData in a way that is not known ({reason}); "
+            f"MuJoCo {mujoco.__version__} describes {struct} in a way that is not known ({reason}); "
             "use native=False, or a version from 3.3 to 4.0"
         ) from None
 

@@ -1,7 +1,8 @@
 """The callback as native code: numba functions that work on the addresses MuJoCo hands over.
 
 A plan's arrays are listed in a *head*: one row (address, length, length of a row) per array, in the order of `Plan`;
-those of a source are followed by a row with the addresses of its sums.
+those of a source are followed by a row with the addresses of its sums. The last two rows: what is watched (address,
+number, 3; see `Watch.rows`), and the address of what is called when one of it was changed.
 """
 
 import ctypes
@@ -13,7 +14,7 @@ from numba import types
 
 from fieldsim.mujoco import layout
 from fieldsim.mujoco.act import actor
-from fieldsim.mujoco.addresses import allocate, call, doubles, halves, release, words
+from fieldsim.mujoco.addresses import allocate, call, differ, doubles, halves, release, words
 from fieldsim.mujoco.tables import Plan, Source, Views
 
 PLACES = layout.offsets()
@@ -22,6 +23,7 @@ _TIME, _XIPOS, _XIMAT, _SUBTREE_COM, _CDOF, _CVEL, _QFRC_PASSIVE = (PLACES[name]
 # What MuJoCo calls: (model, data). Called by Python it would let go of the lock that guards Python's tables; LOCKED,
 # for what acts on one model, does not.
 POINTER = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)
+CALLED = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
 LOCKED = ctypes.PYFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
 
 # Models at most that feel fields at the same time.
@@ -76,18 +78,31 @@ def _plan(address):
         _indices(head, 4),
         _column(head, 5),
         _table(head, 6),
-        _indices(head, 7),
-        _table(head, 8),
-        _indices(head, 9),
-        _table(head, 10),
-        _column(head, 11),
+        _column(head, 7),
+        _indices(head, 8),
+        _table(head, 9),
+        _indices(head, 10),
+        _table(head, 11),
         _column(head, 12),
-        _source(head, 13),
-        _source(head, 18),
+        _column(head, 13),
+        _source(head, 14),
+        _source(head, 19),
     )
 
 
-ROWS = 23
+WATCHED = 24
+ROWS = WATCHED + 2
+
+
+@numba.njit
+def _renew(address):
+    """Have the plan renewed if a number of the model is no longer what it was made of."""
+    head = numba.carray(words(address), (ROWS, 3))
+    watched = _numbers(head, WATCHED)
+    for i in range(head[WATCHED, 1]):
+        if differ(watched[i, 0], watched[i, 1], watched[i, 2]) != 0:
+            call(head[WATCHED + 1, 0], 0, 0, 0)
+            return
 
 
 @numba.njit
@@ -109,11 +124,16 @@ def _views(data, bodies, dofs):
     )
 
 
-def head_of(plan: Plan) -> np.ndarray:
-    """The head (ROWS, 3) of a plan, which keeps the arrays alive."""
+def head_of(plan: Plan, watched=None, changed=None) -> np.ndarray:
+    """The head (ROWS, 3) of a plan, which keeps the arrays alive.
+
+    watched: rows of a `Watch`; changed: a CALLED, for when one of them differs.
+    """
     rows = [_row(array) for array in plan[:-2]]
     for source in (plan.gravity, plan.surface):
         rows += [*map(_row, source[:4]), source[4:]]
+    called = ctypes.cast(changed, ctypes.c_void_p).value if changed else 0
+    rows += [(0, 0, 3) if watched is None else _row(watched), (called, 0, 0)]
     return np.array(rows, dtype=np.int64)
 
 
@@ -128,6 +148,7 @@ def acting(points: bool, contact: bool):
 
     @numba.cfunc(types.void(types.intp, types.intp, types.intp))
     def function(head, data, room):
+        _renew(head)
         plan = _plan(head)
         found = numba.carray(doubles(room), (plan.bodies.shape[0] if room else 0, 8))
         bodies, dofs = plan.mass.shape[0], plan.first_dof[-1]

@@ -41,8 +41,8 @@ class Plan(typing.NamedTuple):
     """Which bodies feel what.
 
     bodies (n,): their ids. Of every body (nbody,): places, where it is among those, or -1; roots, of its tree; parents;
-    first_dof (nbody + 1,): its own degrees of freedom are first_dof[b] to first_dof[b + 1] - 1. mass (nbody,) and
-    inertia (nbody, 3): MuJoCo's own, seen live.
+    first_dof (nbody + 1,): its own degrees of freedom are first_dof[b] to first_dof[b + 1] - 1. mass (nbody,), inertia
+    (nbody, 3) and gravcomp (nbody,), the share of gravity that is compensated: MuJoCo's own, seen live.
     points (P, 4): places in the bodies' inertial frames and shares of the mass, those of body k from first_point[k];
     balls (B, 15) and law (4,): see `contact`, the balls of body k from first_ball[k]; reach (n,): of all of them, from
     the centre of mass.
@@ -55,6 +55,7 @@ class Plan(typing.NamedTuple):
     first_dof: np.ndarray
     mass: np.ndarray
     inertia: np.ndarray
+    gravcomp: np.ndarray
     first_point: np.ndarray
     points: np.ndarray
     first_ball: np.ndarray
@@ -63,6 +64,17 @@ class Plan(typing.NamedTuple):
     law: np.ndarray
     gravity: Source
     surface: Source
+
+
+def renewed(old: Plan, new: Plan) -> Plan:
+    """The new plan, in the arrays of the old one where they fit: who works on them goes on."""
+    kept = []
+    for was, now in zip(old, new, strict=True):
+        if isinstance(now, np.ndarray) and now is not was and now.shape == was.shape:
+            was[...] = now
+            now = was
+        kept.append(now)
+    return Plan(*kept)
 
 
 class Views(typing.NamedTuple):

@@ -32,10 +32,11 @@ def pull_at_center(native: bool):
     def pull(k, plan, views, turned):
         b = plan.bodies[k]
         x = views.xipos
-        m = plan.mass[b]
+        share = 1.0 - plan.gravcomp[b]
+        m = share * plan.mass[b]
         f, g, h = jet((x[b, 0], x[b, 1], x[b, 2]), plan.gravity, turned)
         e1, e2, e3 = axis(views.ximat, b, 0), axis(views.ximat, b, 1), axis(views.ximat, b, 2)
-        i1, i2, i3 = plan.inertia[b, 0], plan.inertia[b, 1], plan.inertia[b, 2]
+        i1, i2, i3 = share * plan.inertia[b, 0], share * plan.inertia[b, 1], share * plan.inertia[b, 2]
         he2, he3 = across(h, e2), across(h, e3)
         torque = (i3 - i2) * dot(e2, he3), (i1 - i3) * dot(e1, he3), (i2 - i1) * dot(e1, he2)
         h2, h3 = dot(e2, he2), dot(e3, he3)
@@ -70,7 +71,7 @@ def pull_on_points(native: bool):
             ty += m * t[1]
             tz += m * t[2]
             u -= m * f
-        m = plan.mass[b]
+        m = (1.0 - plan.gravcomp[b]) * plan.mass[b]
         return (m * fx, m * fy, m * fz), (m * tx, m * ty, m * tz), m * u
 
     return pull

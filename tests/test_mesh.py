@@ -56,15 +56,16 @@ def test_unreadable_files(tmp_path):
 
 
 def test_without_trimesh(tmp_path):
-    path = tmp_path / "rock.stl"
-    path.write_text("")
+    """Files are read, and writing says what it takes."""
+    path = tmp_path / "rock.obj"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     script = f"""
 import sys
 sys.modules["trimesh"] = None
 from fieldsim.potentials.mesh import mesh
-mesh({VERTICES}, {FACES})
+made = mesh({str(path)!r})
 try:
-    mesh({str(path)!r})
+    made.save({str(path)!r})
 except ValueError as reason:
     print(reason)
 """
@@ -72,7 +73,7 @@ except ValueError as reason:
     assert "pip install 'fieldsim[mesh]'" in done.stdout
 
 
-def test_trimesh_is_not_imported_before_a_file_is_read():
+def test_trimesh_is_not_imported_before_a_file_is_written():
     script = "import sys, fieldsim.potentials.solid; print('trimesh' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert done.stdout == "False\n"
@@ -81,6 +82,7 @@ def test_trimesh_is_not_imported_before_a_file_is_read():
 @pytest.mark.parametrize(
     ("vertices", "faces", "message"),
     [
+        ([*VERTICES[:3], [0, 0, 1e200]], FACES, r"vertices\[3\] is \(0.0, 0.0, 1e\+200\); give coordinates of at most"),
         (VERTICES, [[0, 1, 4]], r"faces\[0\] is \[0, 1, 4\]; give indices from 0 to 3"),
         (VERTICES, [[0, 1, 2], [0, 1, -1]], r"faces\[1\] is \[0, 1, -1\]"),
         (VERTICES, [[0, 1, 2], [0, 1, 1]], r"faces\[1\] is \[0, 1, 1\] .* without area"),

@@ -1,4 +1,4 @@
-"""Triangle meshes: from arrays, or from STL, OBJ, PLY and what else `trimesh` reads."""
+"""Triangle meshes: from arrays, or from files (see `mesh_files`)."""
 
 import dataclasses
 import os
@@ -7,7 +7,11 @@ import numpy as np
 
 from fieldsim import files, validate
 from fieldsim.errors import InputError
+from fieldsim.potentials import mesh_files
 from fieldsim.potentials.triangle import Triangle
+
+# Beyond, areas and volumes would not be numbers.
+MOST = 1e100
 
 # Formats that meshes are written in, each one file.
 WRITTEN = ("glb", "obj", "off", "ply", "stl")
@@ -26,6 +30,10 @@ class TriangleMesh:
 
     def __post_init__(self):
         vertices = validate.points("TriangleMesh", "vertices", self.vertices).copy()
+        far = np.flatnonzero((np.abs(vertices) > MOST).any(axis=1))
+        if far.size:
+            place = tuple(vertices[far[0]].tolist())
+            raise InputError(f"TriangleMesh: vertices[{far[0]}] is {place}; give coordinates of at most {MOST:g}")
         faces = _indices(self.faces, len(vertices))
         _refuse_degenerate(vertices, faces)
         for name, array in (("vertices", vertices), ("faces", faces)):
@@ -74,14 +82,15 @@ class TriangleMesh:
 def mesh(path_or_vertices, faces=None) -> TriangleMesh:
     """A triangle mesh from a file, from vertices (V, 3) and faces (F, 3), or from Triangles.
 
-    A file may be STL, OBJ, PLY, ... (whatever `trimesh` reads; `pip install fieldsim[mesh]`), a scene of several parts
-    becomes one mesh. Vertices of a file or of Triangles at the same place become one, which closes their surface.
+    A file may be STL, OBJ, PLY, OFF or GLB, as its ending says; a scene of several parts becomes one mesh, polygons are
+    split about their first corners, and lines and points are left out. No other file is opened for it. Vertices of a
+    file or of Triangles at the same place become one, which closes their surface.
     Raises InputError for a file that cannot be read, and as TriangleMesh does.
     """
     if isinstance(path_or_vertices, str | os.PathLike):
         if faces is not None:
             raise InputError(f"mesh: faces are given beside the file {os.fspath(path_or_vertices)!r}; give one of them")
-        return TriangleMesh(*_merged(*_read(os.fspath(path_or_vertices))))
+        return _read(str(validate.path("mesh", "the file", path_or_vertices)))
     if faces is None and _are_triangles(path_or_vertices):
         corners = np.array([(t.a, t.b, t.c) for t in path_or_vertices]).reshape(-1, 3)
         return TriangleMesh(*_merged(corners, np.arange(len(corners)).reshape(-1, 3)))
@@ -107,15 +116,12 @@ def _trimesh(what):
 
 
 def _read(path):
-    """Vertices and faces of a file."""
-    trimesh = _trimesh(f"reading {path!r}")
-    if not os.path.isfile(path):
-        raise InputError(f"mesh: there is no file {path!r}")
+    """The mesh of a file."""
+    vertices, faces = mesh_files.read(path)
     try:
-        loaded = trimesh.load(path, force="mesh", process=False)
-        return np.asarray(loaded.vertices, dtype=float), np.asarray(loaded.faces)
-    except Exception as reason:  # whatever a reader raises on a broken file
-        raise InputError(f"mesh: {path!r} cannot be read as a triangle mesh: {reason}") from None
+        return TriangleMesh(*_merged(vertices, faces))
+    except InputError as reason:
+        raise InputError(f"mesh: {path!r}: {str(reason).removeprefix('TriangleMesh: ')}") from None
 
 
 def _merged(vertices, faces):

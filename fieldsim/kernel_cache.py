@@ -29,6 +29,9 @@ except ImportError:  # where there are no such locks two processes may compile o
 _LOADED = {".o", ".ptx", ".cubin", ".meta"}
 _DIGEST = ".sha256"
 
+# Less room than this on the disk, in bytes, is none: what a few modules take.
+_ROOM = 1 << 20
+
 # Loading changes Warp's tables, and locks on files are not between threads.
 _threads = threading.RLock()
 
@@ -64,8 +67,8 @@ def _try_out(folder):
         raise OSError("there is no home folder")
     folder = folder / wp.config.version
     folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryFile(dir=folder):
-        pass
+    with tempfile.TemporaryFile(dir=folder) as file:
+        file.write(bytes(_ROOM))
 
 
 def _use_another(folder, reason):
@@ -90,32 +93,24 @@ def load(module, device, block_dim) -> None:
     """Load a Warp module, compiled anew where the cache does not hold it whole; raises FieldsimError if all fails."""
     with _threads:
         try:
-            _load(module, device, block_dim)
-        except wp.WarpCodegenError:
-            raise
+            return _load(module, device, block_dim)
         except Exception as reason:
-            _retry(module, device, block_dim, reason)
-
-
-def _retry(module, device, block_dim, reason):
-    """A second try with what the cache held deleted, and a third one in a folder of our own."""
-    folder = pathlib.Path(wp.config.kernel_cache_dir)
-    for move in (False, True):
-        if move:
+            first = reason
+        # The second try starts from nothing, and elsewhere if there is no room.
+        folder = pathlib.Path(wp.config.kernel_cache_dir)
+        shutil.rmtree(_folder_of(module, block_dim), ignore_errors=True)
+        try:
+            _try_out(folder.parent)
+        except OSError as reason:
             _use_another(folder, reason)
-        with contextlib.suppress(OSError):
-            shutil.rmtree(_folder_of(module, block_dim), ignore_errors=True)
         module.mark_modified()
         try:
             return _load(module, device, block_dim)
-        except wp.WarpCodegenError:
-            raise
-        except Exception as error:
-            reason = error
-    raise FieldsimError(
-        f"a kernel cannot be compiled, neither in the kernel cache {folder} nor in {tempfile.gettempdir()}: {reason}; "
-        "see that the disk is not full, delete that folder, or set WARP_CACHE_PATH to another"
-    ) from reason
+        except Exception as reason:
+            raise FieldsimError(
+                f"a kernel cannot be compiled or loaded: {reason}; if the kernel cache "
+                f"{wp.config.kernel_cache_dir} is at fault, delete it or set WARP_CACHE_PATH to another folder"
+            ) from first
 
 
 def is_compiled(module, block_dim) -> bool:

@@ -27,7 +27,7 @@ def pytest_configure(config):
     if target:
         import warp as wp
 
-        wp.config.cpu_compiler_flags = wp.config.cpu_compiler_flags.replace("-march=native", f"-march={target}")
+        wp.config.cpu_compiler_flags = wp.config.cpu_compiler_flags.replace("-march=native", f"-target-cpu {target}")
 
 
 def pytest_collection_modifyitems(config, items):

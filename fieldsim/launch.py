@@ -189,6 +189,11 @@ def _pool():
     return concurrent.futures.ThreadPoolExecutor(THREADS, thread_name_prefix="fieldsim")
 
 
+# A forked process has the pool's queue but none of its threads.
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_pool.cache_clear)
+
+
 def launch(kernel, count, inputs, outputs=(), *, device, grain=256, threads=None):
     """Run `kernel(start, *inputs, *outputs)` for `count` items.
 

@@ -13,13 +13,14 @@ import zipfile
 
 import numpy as np
 
+from fieldsim.copies import Uncopied
 from fieldsim.errors import InputError
 from fieldsim.world import quaternion
 from fieldsim.world.motion import Pose
 from fieldsim.world.world import Snapshot, World
 
 
-class Recording:
+class Recording(Uncopied):
     """A recording being written: a context manager with `add(snapshot)`.
 
         with fs.Recording("run.npz") as recording:
@@ -29,6 +30,8 @@ class Recording:
     The file appears under its name when the block ends, by an error, too: then it holds the snapshots made before.
     Raises InputError for a path that cannot be, before anything is written.
     """
+
+    _remedy = "make one in each process"
 
     def __init__(self, path):
         self.path = pathlib.Path(path)
@@ -89,6 +92,9 @@ class Recorded:
 
     def __len__(self) -> int:
         return len(self.times)
+
+    def __reduce__(self):
+        return Recorded, (self.path,)
 
     def snapshot(self, index: int, world: World) -> Snapshot:
         """Snapshot `index` of the recorded `world`; InputError for a world of other bodies or particles."""

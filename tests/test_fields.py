@@ -14,6 +14,8 @@ from fieldsim.errors import InputError
 from fieldsim.potentials import cells
 from fieldsim.potentials import field as field_module
 from fieldsim.potentials.field import Field, gravity
+from fieldsim.world.body import Body
+from fieldsim.world.material import Material
 
 RNG = np.random.default_rng(17)
 POINTS = RNG.normal(size=(50, 3))
@@ -378,3 +380,23 @@ def test_all_cells_compile_for_cuda_without_a_device(scalar, tmp_path):
     wp.compile_aot_module(kernel.module, arch=90, use_ptx=True, module_dir=tmp_path)
     (ptx,) = tmp_path.glob("*.ptx")
     assert ".entry" in ptx.read_text()
+
+
+def test_surface_fields_are_fields_like_any_other():
+    body = Body(BONE, gravity=Newtonian(0.3), surface=Material(radius=0.3))
+    equipotential = Body(BONE, gravity=Newtonian(0.3), surface=Material(level=2.0)).surface_field()
+    surface, pull = body.surface_field(), body.gravity_field()
+    for field in (surface, equipotential, Field.of_elements(pull.elements)):
+        value, gradient = field.value_and_gradient(POINTS)
+        np.testing.assert_allclose((field + field).value(POINTS), 2 * value, rtol=1e-12)
+        np.testing.assert_allclose((3 * field).gradient(POINTS), 3 * gradient, rtol=1e-12, atol=1e-300)
+        np.testing.assert_allclose((-field).value(POINTS), -value, rtol=1e-12)
+        mixed = sum([field, 0.5 * pull, field]) - field
+        np.testing.assert_allclose(mixed.value(POINTS), value + 0.5 * pull.value(POINTS), rtol=1e-9)
+        assert mixed.at(3.0) is mixed
+        assert repr(field + pull) == f"<Field of {2 * len(pull.terms)} elements>"
+    moving = Field(Point(lambda t: (t, 0.0, 0.0)), Newtonian()) + surface
+    right = surface.value(POINTS) + Field(Point((2, 0, 0)), Newtonian()).value(POINTS)
+    np.testing.assert_allclose((2 * moving).at(2.0).value(POINTS), 2 * right, rtol=1e-12)
+    with pytest.raises(InputError, match="function of time"):
+        moving.value(POINTS)

@@ -11,6 +11,7 @@ import targets
 import warp as wp
 
 from fieldsim import launch
+from fieldsim.dynamics.rigid_body import free_body
 from fieldsim.errors import InputError
 from fieldsim.potentials import cells, profile
 from fieldsim.potentials.arc import Arc
@@ -20,6 +21,9 @@ from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Metabal
 from fieldsim.potentials.profile import Profile, ProfiledArc, ProfiledSegment, profiled
 from fieldsim.potentials.segment import Segment
 from fieldsim.potentials.tapered import TaperedSegment
+from fieldsim.world.body import Body
+from fieldsim.world.material import Material
+from fieldsim.world.rigid import Rigid
 
 SEGMENT = Segment((0.2, -0.1, 0.3), (1.4, 0.5, -0.2))
 ARC = Arc((0.1, 0.2, -0.3), (0.2, 0.3, 0.9), (1.0, 0.4, 0.0), 0.8, 2.2)
@@ -244,6 +248,31 @@ def test_profiled():
 def test_bad_input(call, message):
     with pytest.raises(InputError, match=message):
         call()
+
+
+@pytest.mark.parametrize("primitive", [SEGMENT, ARC])
+@pytest.mark.parametrize(
+    "spread",
+    [
+        lambda p: gravity(p, 1.0),
+        lambda p: gravity([SEGMENT, p], lambda t: 1.0, kernel=Newtonian(0.1)),
+        lambda p: Body(p, gravity=Newtonian()),
+        lambda p: Body([ARC, p], gravity=Newtonian(), surface=Material(level=1.0), motion=Rigid()),
+    ],
+)
+def test_a_profile_is_no_density(spread, primitive):
+    with pytest.raises(InputError, match=r"gravity: skeleton\[[01]\] is a Profiled.* give the plain primitive"):
+        spread(profiled(primitive, profile.linear(0, 2)))
+
+
+def test_a_free_body_with_a_profile_has_even_mass():
+    # The profile shapes its surface alone.
+    rod = Segment((-1, 0, 0), (1, 0, 0))
+    plain, shaped = (
+        free_body(0, Body(p, surface=Material(), mass=3.0, motion=Rigid())) for p in (rod, profiled(rod, profile.hat()))
+    )
+    np.testing.assert_allclose(shaped.moments, plain.moments)
+    assert max(plain.moments) == pytest.approx(3.0 * 2.0**2 / 12)
 
 
 def tapered_oracle(segment, softening, point):

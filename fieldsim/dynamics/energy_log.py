@@ -5,6 +5,7 @@ import warnings
 
 import numpy as np
 
+from fieldsim.copies import Uncopied
 from fieldsim.dynamics.diagnostics import acting, changing, common_spin, energy, jacobi, repels
 from fieldsim.dynamics.integrators import Splitting
 from fieldsim.dynamics.totals import BODIES, Drift, totals_of
@@ -67,7 +68,7 @@ class History:
     rms: list[float] = dataclasses.field(default_factory=list)
 
 
-class EnergyLog:
+class EnergyLog(Uncopied):
     """Follows the invariants of a simulation: call `record()` now and then, read `report()` at the end.
 
     Still bodies keep each particle's energy; bodies that all turn with one Spin keep its Jacobi integral; for other
@@ -82,6 +83,8 @@ class EnergyLog:
 
     The first particle whose drift exceeds LOST, and the first energy of all, are told of in a FieldsimWarning.
     """
+
+    _remedy = "keep log.report() or log.history"
 
     def __init__(self, simulation):
         self._simulation = simulation

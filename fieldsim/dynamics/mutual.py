@@ -9,6 +9,7 @@ import functools
 import numpy as np
 import warp as wp
 
+from fieldsim.copies import Uncopied
 from fieldsim.dynamics.sources import Stages, field_at
 from fieldsim.dynamics.state import State, added
 from fieldsim.launch import launch
@@ -96,8 +97,10 @@ def drift_kernel(
     x_rest[i] = rest
 
 
-class MutualGravity:
+class MutualGravity(Uncopied):
     """The pull of a world's particles on each other, all with one kernel (see `refusals`). len(): how many pull."""
+
+    _remedy = "copy what it gives, such as its energy"
 
     def __init__(self, world, device, threads=None):
         self.device, self.threads = device, threads

@@ -9,6 +9,7 @@ import warnings
 import numpy as np
 import warp as wp
 
+from fieldsim.copies import Uncopied
 from fieldsim.dynamics.refusals import refuse_method
 from fieldsim.dynamics.rigid_body import FreeBody, free_body, log_slope
 from fieldsim.dynamics.rigid_steps import Splitting, energy_kernel, rigid_kernel
@@ -26,8 +27,10 @@ OVERLAP = 1.001
 RESOLVED = 0.5
 
 
-class FreeBodies:
+class FreeBodies(Uncopied):
     """All free bodies of a world. len() is their number; they count in the world's order."""
+
+    _remedy = "copy what it gives, such as bodies.positions"
 
     def __init__(self, world, time: float):
         self.world = world

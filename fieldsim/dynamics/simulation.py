@@ -8,6 +8,7 @@ import numpy as np
 import warp as wp
 
 from fieldsim import validate
+from fieldsim.copies import Uncopied
 from fieldsim.dynamics.auto import Auto, Choice, choose, integrator_of
 from fieldsim.dynamics.events import Events, balls_of, events_of
 from fieldsim.dynamics.integrators import moments
@@ -31,7 +32,7 @@ LAUNCH_WORK = 2_000_000
 LAUNCH_ROWS = 65_536
 
 
-class Simulation:
+class Simulation(Uncopied):
     """A world's free bodies and particles in motion; bodies pull particles, not particles bodies.
 
     integrator: `Leapfrog()` unless told; "auto" is `Auto()`, in whose place comes its `choice`. time: where it starts.
@@ -39,6 +40,8 @@ class Simulation:
     compensated summation. The same inputs give the same bytes, whatever the number of threads.
     log: how many events at surfaces are kept of each particle, the latest (see `events`).
     """
+
+    _remedy = "copy its world and make another Simulation, or keep simulation.snapshot()"
 
     def __init__(
         self, world, integrator=None, *, time: float = 0.0, device=None, threads: int | None = None, log: int = 4

@@ -1,13 +1,13 @@
 """FieldForces: a MuJoCo model in fields of this package."""
 
 import contextlib
-import copy
 import warnings
 import weakref
 
 import mujoco
 import numpy as np
 
+from fieldsim.copies import Uncopied, shallow
 from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.mujoco import callback, checks, layout
 from fieldsim.mujoco.act import actor
@@ -24,7 +24,7 @@ ACCURACIES = ("points", "geoms", "torque")
 NOTHING = np.empty((0, 8))
 
 
-class FieldForces:
+class FieldForces(Uncopied):
     """Gravity, and contact if told, of fields on the bodies of a MuJoCo model, as a context manager.
 
         with fs.mujoco.FieldForces(model, data, planet):
@@ -50,6 +50,8 @@ class FieldForces:
     Raises InputError for what cannot be (see `checks`), when made or when entered. What was there as MuJoCo's callback
     runs first, and is put back at the end.
     """
+
+    _remedy = "make one in each process, of a copy of the model"
 
     def __init__(
         self,
@@ -270,7 +272,7 @@ class FieldForces:
     def _at_centers(self):
         """The same with every body's mass at its centre, now: points around it may miss a field singular there."""
         count = len(self.bodies)
-        alone = copy.copy(self)
+        alone = shallow(self)
         alone._watch = Watch(self.model, (), timestep=False)
         alone._plan = self._plan._replace(
             first_point=np.arange(count + 1, dtype=np.int64), points=np.tile((0.0, 0.0, 0.0, 1.0), (count, 1))

@@ -77,6 +77,12 @@ class Elements:
     def __len__(self) -> int:
         return len(self.kinds)
 
+    def scaled(self, factor: float) -> "Elements":
+        """The elements with their strengths multiplied."""
+        rows = self.rows.copy()
+        rows[:, STRENGTH] *= factor
+        return dataclasses.replace(self, rows=rows)
+
     def grouped(self) -> tuple["Elements", np.ndarray]:
         """The elements sorted by cell, and the permutation that sorts them."""
         by = np.argsort(self.kinds, kind="stable")

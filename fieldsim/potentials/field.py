@@ -19,12 +19,16 @@ class Field:
 
     primitives: one primitive or a sequence; kernel: its h(r); strength: a number, or one per primitive. Strengths and
     the primitives' fields may be functions of time; such a field is evaluated through `field.at(time)`.
-    Fields add, scale and negate: `field + other`, `2.5 * field`, `-field`, `sum(fields)`. They never change once made.
+    Fields add, scale and negate: `field + other`, `2.5 * field`, `-field`, `sum(fields)`, also surface fields of
+    bodies. They never change once made.
 
     Points are given as a NumPy array (or nested sequence) of shape (N, 3) or (3,), answered in float64, or as a Warp
     array of vec3f or vec3d, answered by Warp arrays on its device in its precision. Raises InputError for misshapen
     points and, on the host, for coordinates that are not finite.
     """
+
+    # Elements that were packed elsewhere, summed with the terms: surfaces of bodies, what is placed in the world.
+    packed: tuple[cells.Elements, ...] = ()
 
     # NumPy scalars leave `scalar * field` to the field.
     __array_ufunc__ = None
@@ -38,18 +42,16 @@ class Field:
         )
 
     @classmethod
-    def of_terms(cls, terms) -> "Field":
-        """A field of given terms."""
+    def of_terms(cls, terms, packed=()) -> "Field":
+        """A field of given terms and packed elements."""
         field = cls.__new__(cls)
-        field.terms = tuple(terms)
+        field.terms, field.packed = tuple(terms), tuple(packed)
         return field
 
     @classmethod
     def of_elements(cls, elements: cells.Elements) -> "Field":
-        """A field of packed elements, without terms: evaluated as any other, but it cannot be added to or scaled."""
-        field = cls.of_terms(())
-        field.elements = elements
-        return field
+        """A field of packed elements."""
+        return cls.of_terms((), (elements,))
 
     @property
     def animated(self) -> bool:
@@ -66,16 +68,17 @@ class Field:
                 terms.append(term.at(time))
             except InputError as reason:
                 raise InputError(f"Field: term {index} at time {time:g}: {reason}") from None
-        return Field.of_terms(terms)
+        return Field.of_terms(terms, self.packed)
 
     @functools.cached_property
     def elements(self) -> cells.Elements:
-        """The packed elements; raises InputError for an animated field."""
+        """The packed elements, grouped by cell; raises InputError for an animated field."""
         if self.animated:
             raise InputError("this field is a function of time; evaluate field.at(time)")
-        return cells.pack(
+        own = cells.pack(
             [t.primitive for t in self.terms], [t.kernel for t in self.terms], [t.strength for t in self.terms]
         )
+        return cells.concatenate([own, *self.packed]).grouped()[0] if self.packed else own
 
     def value(self, points):
         """F at `points`: (N, 3) -> (N,); (3,) -> float. Cheaper than with the gradient."""
@@ -144,7 +147,7 @@ class Field:
     def __add__(self, other):
         if not isinstance(other, Field):
             return NotImplemented
-        return Field.of_terms(self.terms + other.terms)
+        return Field.of_terms(self.terms + other.terms, self.packed + other.packed)
 
     def __radd__(self, other):
         # sum() starts at 0.
@@ -154,7 +157,7 @@ class Field:
         if not isinstance(factor, numbers.Real):
             return NotImplemented
         factor = validate.number("Field", "factor", factor)
-        return Field.of_terms(term.scaled(factor) for term in self.terms)
+        return Field.of_terms((term.scaled(factor) for term in self.terms), (e.scaled(factor) for e in self.packed))
 
     __rmul__ = __mul__
 
@@ -165,7 +168,11 @@ class Field:
         return self + -other if isinstance(other, Field) else NotImplemented
 
     def __repr__(self):
-        return f"<Field of {len(self.terms)} elements>"
+        return f"<Field of {len(self.terms) + sum(map(len, self.packed))} elements>"
+
+    def __getstate__(self):
+        # What was uploaded and packed is made again; a Warp array can be neither pickled nor copied.
+        return {"terms": self.terms, "packed": self.packed}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -187,11 +194,37 @@ class Term:
 
     def scaled(self, factor: float) -> "Term":
         """The term with its strength multiplied."""
-        strength = self.strength
-        if not callable(strength):
-            return dataclasses.replace(self, strength=factor * strength)
-        scaled = lambda time: factor * _number_at("Field", "strength", strength, time)  # noqa: E731
-        return dataclasses.replace(self, strength=scaled)
+        if callable(self.strength):
+            return dataclasses.replace(self, strength=functools.partial(_multiplied, factor, self.strength))
+        return dataclasses.replace(self, strength=factor * self.strength)
+
+
+def _multiplied(factor, strength, time):
+    """A strength that is a function of time, multiplied."""
+    return factor * _number_at("Field", "strength", strength, time)
+
+
+@dataclasses.dataclass(frozen=True)
+class _SpreadMass:
+    """G times a mass over the measure of a skeleton, at a time. Every element asks for it at the same one."""
+
+    primitives: tuple[Primitive, ...]
+    mass: object
+    G: float
+
+    # The last time and the strength then.
+    latest: list = dataclasses.field(default_factory=lambda: [(None, 0.0)], repr=False, compare=False)
+
+    def __call__(self, time):
+        known, strength = self.latest[0]
+        if known != time:
+            strength = (
+                self.G
+                * _number_at("gravity", "mass", self.mass, time)
+                / total_measure(p.at(time) for p in self.primitives)
+            )
+            self.latest[0] = time, strength
+        return strength
 
 
 def gravity(primitives, mass, *, G=1.0, kernel: Kernel | None = None) -> Field:
@@ -199,9 +232,16 @@ def gravity(primitives, mass, *, G=1.0, kernel: Kernel | None = None) -> Field:
 
     The mass is spread evenly over the skeleton's total measure (arc length, area; points count 1 each):
     strength = G mass / measure. The kernel is Newtonian unless told. The mass may be negative, or a function of time.
-    Raises InputError for a mass or G that is not finite and for a skeleton that mixes points, curves and surfaces.
+    Raises InputError for a mass or G that is not finite, for a skeleton that mixes points, curves and surfaces, and for
+    profiled primitives: a profile shapes a surface and is no density.
     """
     primitives = skeleton(primitives)
+    for index, primitive in enumerate(primitives):
+        if not primitive.carries_mass:
+            raise InputError(
+                f"gravity: skeleton[{index}] is a {type(primitive).__name__}, and a profile is no density; give the "
+                "plain primitive, or a TaperedSegment, which has one (the profile may shape another body's surface)"
+            )
     kernel = Newtonian() if kernel is None else kernel
     G = validate.number("gravity", "G", G)
     _refuse_mixed_dimensions(primitives)
@@ -210,12 +250,7 @@ def gravity(primitives, mass, *, G=1.0, kernel: Kernel | None = None) -> Field:
     if not callable(mass) and not any(p.animated for p in primitives):
         return Field(primitives, kernel, G * mass / total_measure(primitives))
 
-    # The strength is asked for by every element at the same time.
-    @functools.lru_cache(maxsize=1)
-    def strength(time):
-        return G * _number_at("gravity", "mass", mass, time) / total_measure(p.at(time) for p in primitives)
-
-    return Field(primitives, kernel, strength)
+    return Field(primitives, kernel, _SpreadMass(primitives, mass, G))
 
 
 def total_measure(primitives) -> float:

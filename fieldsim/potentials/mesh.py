@@ -40,6 +40,10 @@ class TriangleMesh:
             array.flags.writeable = False
             object.__setattr__(self, name, array)
 
+    def __reduce__(self):
+        # Through the constructor, which makes the arrays read-only.
+        return TriangleMesh, (self.vertices, self.faces)
+
     @property
     def corners(self) -> np.ndarray:
         """The corners of every face, (F, 3, 3)."""

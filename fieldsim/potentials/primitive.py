@@ -19,6 +19,8 @@ class Primitive:
 
     points: typing.ClassVar[tuple[str, ...]]
     directions: typing.ClassVar[tuple[str, ...]] = ()
+    # Whether its field under 1/r is that of a mass spread over it.
+    carries_mass: typing.ClassVar[bool] = True
 
     def __post_init__(self):
         if self.animated:

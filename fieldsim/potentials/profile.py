@@ -90,6 +90,7 @@ def polynomial(*coefficients) -> Profile:
 class ProfiledSegment(Segment):
     """A segment whose field is multiplied by a profile along it."""
 
+    carries_mass = False
     profile: Profile = Profile((1.0,))
 
     def _checked(self):
@@ -105,6 +106,7 @@ class ProfiledSegment(Segment):
 class ProfiledArc(Arc):
     """An arc whose field is multiplied by a profile along it."""
 
+    carries_mass = False
     profile: Profile = Profile((1.0,))
 
     def _checked(self):

@@ -1,6 +1,7 @@
 """Perspective cameras."""
 
 import dataclasses
+import functools
 import math
 
 import numpy as np
@@ -61,17 +62,7 @@ class Camera:
         phase = validate.number(owner, "phase", phase)
         rate = (-1 if validate.flag(owner, "clockwise", clockwise) else 1) * 2.0 * math.pi / period
 
-        def eye(time):
-            def place(look_at, radius, height):
-                radius = validate.number(owner, "radius", radius, above=0.0)
-                height = validate.number(owner, "height", height)
-                angle = phase + rate * time
-                across = np.array([radius * math.cos(angle), radius * math.sin(angle), height])
-                return validate.vector(owner, "look_at", look_at) + across
-
-            return validate.at_time(owner, place, {"look_at": look_at, "radius": radius, "height": height}, time)
-
-        camera = cls(eye, look_at, **options)
+        camera = cls(functools.partial(_orbiting, (look_at, radius, height), rate, phase), look_at, **options)
         camera.at(0.0)
         return camera
 
@@ -118,3 +109,17 @@ class Camera:
         object.__setattr__(self, "exposure", validate.number("Camera", "exposure", self.exposure))
         if self.tone not in TONES:
             raise InputError(f"Camera: tone is {self.tone!r}; give one of {', '.join(TONES)}")
+
+
+def _orbiting(values, rate, phase, time):
+    """The eye of `Camera.orbit` at a time. values: its look_at, radius and height."""
+    owner = "Camera.orbit"
+
+    def place(look_at, radius, height):
+        radius = validate.number(owner, "radius", radius, above=0.0)
+        height = validate.number(owner, "height", height)
+        angle = phase + rate * time
+        across = np.array([radius * math.cos(angle), radius * math.sin(angle), height])
+        return validate.vector(owner, "look_at", look_at) + across
+
+    return validate.at_time(owner, place, dict(zip(("look_at", "radius", "height"), values, strict=True)), time)

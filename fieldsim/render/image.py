@@ -1,6 +1,5 @@
 """From a snapshot and a camera to a picture."""
 
-import copy
 import functools
 import math
 import warnings
@@ -9,6 +8,7 @@ import numpy as np
 import warp as wp
 
 from fieldsim import validate
+from fieldsim.copies import shallow
 from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.launch import device_named, launch
 from fieldsim.render import bounds, layers
@@ -83,6 +83,13 @@ class Renderer:
         self.band = Band(*self.size, 0, self.size[1])
         self._slot = None
 
+    def __reduce__(self):
+        # A copy has the options, and buffers of its own.
+        names = ("shadows", "samples", "exposures", "tolerance", "mode")
+        options = {name: getattr(self, name) for name in names}
+        options |= {"device": self.device.alias, "solver": self.solver.name}
+        return functools.partial(Renderer, self.size, **options), ()
+
     def frame(self, snapshot, camera: Camera) -> np.ndarray:
         """The picture of a snapshot, (height, width, 3) uint8, sRGB.
 
@@ -143,7 +150,7 @@ class Renderer:
         for top in range(0, height, rows):
             # Smoothing looks at a pixel's neighbours.
             first, last = max(top - 1, 0), min(top + rows + 1, height)
-            part = copy.copy(self)
+            part = shallow(self)
             part.size = width, last - first
             part.band = Band(width, last - first, first, height)
             part._slot = None

@@ -24,6 +24,7 @@ import warnings
 import numpy as np
 
 from fieldsim import validate
+from fieldsim.copies import Uncopied
 from fieldsim.errors import FieldsimWarning, FilmError, InputError
 
 KNOWN = "name.mp4, name.gif, name.png (one picture), folder/ or name_%04d.png (a sequence)"
@@ -41,7 +42,7 @@ _GIF = (
 ).split()
 
 
-class Film:
+class Film(Uncopied):
     """A film being written: a context manager with `write(image)`.
 
         with fs.Film("walk.mp4", fps=30) as film:
@@ -53,6 +54,8 @@ class Film:
     an interrupt, nothing does. Raises InputError for a path that cannot be (before any frame is made) and FilmError
     when writing fails, as on a full disk.
     """
+
+    _remedy = "make one in each process"
 
     def __init__(self, path, size=None, fps: float = 30.0):
         self.path = os.fspath(path)

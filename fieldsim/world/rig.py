@@ -64,17 +64,17 @@ class Rig:
         self.pose(name, 0.0)
         if not isinstance(primitive, Primitive):
             raise InputError(f"Rig.carry: {primitive!r} is no primitive; give e.g. a fs.Segment in the bone's frame")
-        fields = {key: self._moved(name, primitive, key) for key in (*primitive.points, *primitive.directions)}
+        fields = {
+            key: functools.partial(_moved, self, name, primitive, key)
+            for key in (*primitive.points, *primitive.directions)
+        }
         return dataclasses.replace(primitive, **fields)
 
-    def _moved(self, name, primitive, key):
-        """The field `key` of a primitive, moved along with a bone where it is a point, turned where a direction."""
-        owner = type(primitive).__name__
 
-        def moved(time):
-            vector = functools.partial(validate.vector, owner, key)
-            own = validate.at_time(owner, lambda **v: vector(v[key]), {key: getattr(primitive, key)}, time)
-            pose = self.pose(name, time)
-            return tuple((pose.apply(own) if key in primitive.points else pose.matrix @ own).tolist())
-
-        return moved
+def _moved(rig, name, primitive, key, time):
+    """The field `key` of a primitive, moved along with a bone where it is a point, turned where a direction."""
+    owner = type(primitive).__name__
+    vector = functools.partial(validate.vector, owner, key)
+    own = validate.at_time(owner, lambda **v: vector(v[key]), {key: getattr(primitive, key)}, time)
+    pose = rig.pose(name, time)
+    return tuple((pose.apply(own) if key in primitive.points else pose.matrix @ own).tolist())

@@ -10,6 +10,7 @@ import numpy as np
 from fieldsim import validate
 from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.potentials import cells
+from fieldsim.potentials.field import Field
 from fieldsim.world.body import Body, Particles
 from fieldsim.world.color import color_rgb
 from fieldsim.world.light import DEFAULT_LIGHTS, Background, Fog, Light
@@ -145,6 +146,17 @@ class Snapshot:
         grouped, order = cells.concatenate(parts).grouped()
         owner = np.concatenate(owners)[order] if owners else np.zeros(0, dtype=np.int32)
         return Surface(grouped, owner, tuple(materials), tuple(poses))
+
+    def surface_field(self) -> Field:
+        """The field whose level 1 is the surface of all bodies together, in the world's frame."""
+        elements = self.surface.elements
+        if not len(elements):
+            raise InputError("Snapshot: no body of the world has a surface; give one a fs.Material")
+        return Field.of_elements(elements)
+
+    def surface_mesh(self, *, resolution: int | None = None, tolerance: float | None = None):
+        """The surface of all bodies together as a closed `TriangleMesh`; see `Field.mesh`."""
+        return self.surface_field().mesh(1.0, resolution=resolution, tolerance=tolerance)
 
     @functools.cached_property
     def shapes(self) -> Solids:

@@ -156,7 +156,7 @@ def test_worlds_without_bodies_or_without_particles():
     np.testing.assert_allclose(x, [(3.0, 4.0, 6.0)], atol=1e-14)
     empty = Simulation(World())
     empty.advance(5.0)
-    assert (empty.time, empty.positions, empty.snapshot().positions, empty.bounces) == (5.0, [], (), 0)
+    assert (empty.time, empty.positions, empty.snapshot().positions, empty.bounces) == (5.0, (), (), 0)
 
 
 @pytest.mark.parametrize("dt", [0.0, -1.0, math.nan, math.inf, "soon"])

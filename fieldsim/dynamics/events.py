@@ -6,6 +6,7 @@ import math
 import numpy as np
 import warp as wp
 
+from fieldsim.arrays import read_only
 from fieldsim.dynamics.balls import ABSORB, BOUNCE, KINDS, NOTHING, REPULSION, Balls
 from fieldsim.world.contact import Absorb, Bounce, Repulsion
 
@@ -76,11 +77,11 @@ def events_of(balls: Balls) -> Events:
     times = balls.times.numpy()[particles * balls.kept + slot]
     order = np.lexsort((-age, particles, times))
     index = (particles * balls.kept + slot)[order]
-    return Events(
+    columns = (
         times[order],
         particles[order],
         np.array(KINDS)[balls.kinds.numpy()[index]],
         balls.places.numpy()[index],
         balls.impulses.numpy()[index],
-        int(made.sum(dtype=np.int64)),
     )
+    return Events(*map(read_only, columns), int(made.sum(dtype=np.int64)))

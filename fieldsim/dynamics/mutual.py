@@ -9,6 +9,7 @@ import functools
 import numpy as np
 import warp as wp
 
+from fieldsim.arrays import kept, read_only
 from fieldsim.copies import Uncopied
 from fieldsim.dynamics.sources import Stages, field_at
 from fieldsim.dynamics.state import State, added
@@ -108,7 +109,7 @@ class MutualGravity(Uncopied):
         self._kernel = pulling[0].gravity if pulling else None
         strengths = [np.full(len(p), p.G * p.mass if p.gravity is not None else 0.0) for p in world.particles if len(p)]
         # G m of each particle, 0 of those that do not pull.
-        self.strengths = np.concatenate([[], *strengths])
+        self.strengths = read_only(np.concatenate([[], *strengths]))
         self._sources = np.flatnonzero(self.strengths)
 
     def __len__(self) -> int:
@@ -143,4 +144,4 @@ class MutualGravity(Uncopied):
         energies = wp.empty(len(positions), dtype=wp.float64, device=self.device)
         kernel = potential_kernel(type(self._kernel))
         launch(kernel, len(positions), [self._pull, points], [energies], device=self.device, threads=self.threads)
-        return energies.numpy()
+        return kept(energies.numpy())

@@ -7,6 +7,7 @@ import numpy as np
 import warp as wp
 
 from fieldsim import validate
+from fieldsim.arrays import kept
 from fieldsim.dynamics.integrators import Integrator
 from fieldsim.dynamics.radau_kernels import Flights, Leg, dense_kernel, radau_kernel
 from fieldsim.dynamics.radau_tables import ORDER, Series
@@ -108,7 +109,7 @@ class RadauRun:
     @property
     def span(self) -> tuple[np.ndarray, np.ndarray]:
         """Times when each particle's last step began and ended, each (N,)."""
-        return self._flights.t0.numpy().copy(), self._flights.t.numpy().copy()
+        return kept(self._flights.t0.numpy()), kept(self._flights.t.numpy())
 
     def advance(self, until: float) -> None:
         """Fly every particle by whole steps until it is at the time `until` or beyond."""
@@ -125,7 +126,7 @@ class RadauRun:
     @property
     def closest(self) -> tuple[np.ndarray, np.ndarray]:
         """The shortest time in which each particle's acceleration changed so far, and when that was, each (N,)."""
-        return self._flights.tau.numpy().copy(), self._flights.tau_at.numpy().copy()
+        return kept(self._flights.tau.numpy()), kept(self._flights.tau_at.numpy())
 
     def step(self, until: float = math.inf) -> None:
         """Fly every particle that is not yet at `until` by one step, which the sources' present window may cut."""
@@ -139,7 +140,7 @@ class RadauRun:
         """Positions and velocities, (N, 3), at `times`, a number or (N,), within each particle's last step."""
         times = np.broadcast_to(np.asarray(times, dtype=float), self._count)
         x, v = self.read(times)
-        return x.numpy(), v.numpy()
+        return kept(x.numpy()), kept(v.numpy())
 
     def read(self, times) -> tuple[wp.array, wp.array]:
         """The same as Warp arrays (N,) of vec3d; times (N,)."""

@@ -9,6 +9,7 @@ import warnings
 import numpy as np
 import warp as wp
 
+from fieldsim.arrays import kept, read_only
 from fieldsim.copies import Uncopied
 from fieldsim.dynamics.refusals import refuse_method
 from fieldsim.dynamics.rigid_body import FreeBody, free_body, log_slope
@@ -156,43 +157,50 @@ class FreeBodies(Uncopied):
             found[start.index] = Pose(tuple(positions[0].tolist()), tuple(rotations[0].tolist()))
         return found
 
-    # State, world frame
+    # State, world frame: copies to read only
+
+    def _rows(self, name):
+        return kept(getattr(self._state, name).numpy()) if self.starts else read_only(np.zeros((0, 3)))
 
     @property
     def masses(self) -> np.ndarray:
         """Masses (B,)."""
-        return self._masses.mass.numpy().copy()
+        return read_only(np.array([start.mass for start in self.starts]))
 
     @property
     def centers(self) -> np.ndarray:
         """Centres of mass (B, 3)."""
-        return self._state.x.numpy().copy()
+        return self._rows("x")
 
     @property
     def momenta(self) -> np.ndarray:
         """Momenta (B, 3)."""
-        return self._state.p.numpy().copy()
+        return self._rows("p")
 
     @property
     def spins(self) -> np.ndarray:
         """Angular momenta about the centres of mass (B, 3), in the world's frame."""
-        return self._state.spin.numpy().copy()
+        return self._rows("spin")
 
     @property
     def angular_velocities(self) -> np.ndarray:
         """Angular velocities (B, 3), radians per unit of time, in the world's frame."""
+        if not self.starts:
+            return self.spins
         turns = quaternion.matrices(self._state.q.numpy()[:, [3, 0, 1, 2]])
         local = np.einsum("bji,bj->bi", turns, self.spins)
-        return np.einsum("bij,bj->bi", turns, self._masses.inverse.numpy() * local)
+        return read_only(np.einsum("bij,bj->bi", turns, self._masses.inverse.numpy() * local))
 
     @property
     def kinetic_energies(self) -> np.ndarray:
         """Of motion and rotation, (B,)."""
         translation = 0.5 * np.sum(self.momenta**2, axis=1) / self.masses
-        return translation + 0.5 * np.sum(self.spins * self.angular_velocities, axis=1)
+        return read_only(translation + 0.5 * np.sum(self.spins * self.angular_velocities, axis=1))
 
     def potential_energy(self) -> float:
         """Of all free bodies in the gravity and the contacts of the prescribed ones and of each other, now."""
+        if not self.starts:
+            return 0.0
         return self._acting(self._gravity, self._surfaces, self._masses, self._shells, self._state)
 
     def _acting(self, gravity, surfaces, masses, shells, state):

@@ -26,22 +26,18 @@ class BodyEnergy:
 
 def body_energy(bodies) -> BodyEnergy:
     """Energies of a simulation's free bodies (`simulation.bodies`) now."""
-    if not len(bodies):
-        return BodyEnergy(np.zeros(0), np.zeros(0), 0.0)
     rotation = 0.5 * np.sum(bodies.spins * bodies.angular_velocities, axis=1)
     return BodyEnergy(bodies.kinetic_energies - rotation, rotation, bodies.potential_energy())
 
 
 def body_momentum(bodies) -> np.ndarray:
     """Momenta of the free bodies, (B, 3)."""
-    return bodies.momenta if len(bodies) else np.zeros((0, 3))
+    return bodies.momenta
 
 
 def body_angular_momentum(bodies, center=(0.0, 0.0, 0.0)) -> np.ndarray:
     """Angular momenta of the free bodies about `center`, (B, 3): of their motion and of their turning."""
     center = np.array(validate.vector("body_angular_momentum", "center", center))
-    if not len(bodies):
-        return np.zeros((0, 3))
     return np.cross(bodies.centers - center, bodies.momenta) + bodies.spins
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import warp as wp
 
 from fieldsim import validate
+from fieldsim.arrays import kept
 from fieldsim.copies import Uncopied
 from fieldsim.dynamics.auto import Auto, Choice, choose, integrator_of
 from fieldsim.dynamics.events import Events, balls_of, events_of
@@ -24,7 +25,7 @@ from fieldsim.dynamics.surfaces import Surfaces
 from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
 from fieldsim.launch import device_named, launch
 from fieldsim.world.contact import Status
-from fieldsim.world.world import Snapshot
+from fieldsim.world.world import Snapshot, World
 
 # A launch spans at most so many steps, and so many particle-steps and moving elements.
 LAUNCH_STEPS = 256
@@ -46,8 +47,10 @@ class Simulation(Uncopied):
     def __init__(
         self, world, integrator=None, *, time: float = 0.0, device=None, threads: int | None = None, log: int = 4
     ):
-        self.world = world
-        self.time = validate.number("Simulation", "time", time)
+        self.world = validate.instance("Simulation", "world", world, World, "give a fs.World")
+        # What moves here: what the world is given later would move nothing.
+        self._parts = (*world.bodies, *world.particles)
+        self._time = validate.number("Simulation", "time", time)
         self.device = device_named(device)
         self.threads = threads
         self.choice: Choice | None = None
@@ -117,30 +120,47 @@ class Simulation(Uncopied):
             )
 
     def _sets(self, array):
-        """Copies on the host, one (N, 3) array per set of particles."""
-        return np.split(array.numpy().copy(), np.cumsum(self._sizes)[:-1]) if self._sizes else []
+        """Copies on the host to read only, one (N, 3) array per set of particles."""
+        ends = np.cumsum(self._sizes)
+        rows = array.numpy()
+        return tuple(kept(rows[end - size : end]) for end, size in zip(ends, self._sizes, strict=True))
 
     @property
-    def positions(self) -> list[np.ndarray]:
-        """Positions, world frame, (N, 3) per set of particles."""
+    def positions(self) -> tuple[np.ndarray, ...]:
+        """Positions, world frame, (N, 3) per set of particles, copies to read only."""
         return self._sets(self._state.x)
 
     @property
-    def velocities(self) -> list[np.ndarray]:
-        """Velocities, world frame, (N, 3) per set of particles."""
+    def velocities(self) -> tuple[np.ndarray, ...]:
+        """Velocities, world frame, (N, 3) per set of particles, copies to read only."""
         return self._sets(self._state.v)
+
+    @property
+    def time(self) -> float:
+        """The present time."""
+        return self._time
+
+    def _refuse_changes(self):
+        """Raise InputError where the world's bodies or particles are no longer those that move."""
+        now = (*self.world.bodies, *self.world.particles)
+        if len(now) != len(self._parts) or any(one is not other for one, other in zip(now, self._parts, strict=True)):
+            raise InputError(
+                "Simulation: its world has been given or has lost bodies or particles since the Simulation was made; "
+                "make another Simulation of it"
+            )
 
     def advance(self, until: float) -> None:
         """Run to the time `until` in equal steps, at most the integrator's dt long, the last landing on it exactly."""
         until = validate.number("Simulation.advance", "until", until)
         if until < self.time:
             raise InputError(f"Simulation.advance: until is {until:g}, before the present time {self.time:g}")
+        self._refuse_changes()
         if self.radau:
             self.radau.advance(until)
             self._state.x, self._state.v = self.radau.read(np.full(self._count, until))
         else:
             self._march(until)
-        self.time = until
+        self._time = until
         self._refuse_nonsense()
 
     @property
@@ -158,7 +178,7 @@ class Simulation(Uncopied):
                 steps = np.arange(first, min(first + self._steps_per_launch, count))
                 self._balls.first = first
                 self._leap(steps, start, dt)
-                self.time = start + dt * float(steps[-1] + 1)
+                self._time = start + dt * float(steps[-1] + 1)
 
     def _refuse_nonsense(self):
         for index, (x, v) in enumerate(zip(self.positions, self.velocities, strict=True)):
@@ -227,17 +247,17 @@ class Simulation(Uncopied):
         return int(self._balls.bounces.numpy().sum())
 
     @property
-    def bounce_counts(self) -> list[np.ndarray]:
+    def bounce_counts(self) -> tuple[np.ndarray, ...]:
         """Contacts made so far, (N,) int32 per set of particles."""
         return self._sets(self._balls.bounces)
 
     @property
-    def states(self) -> list[np.ndarray]:
+    def states(self) -> tuple[np.ndarray, ...]:
         """What each particle does, (N,) int32 of `Status` per set of particles."""
         return self._sets(self._balls.states)
 
     @property
-    def spins(self) -> list[np.ndarray]:
+    def spins(self) -> tuple[np.ndarray, ...]:
         """Angular velocities of particles that roll, world frame, (N, 3) per set of particles."""
         return self._sets(self._balls.spins)
 
@@ -267,9 +287,10 @@ class Simulation(Uncopied):
 
     def snapshot(self) -> Snapshot:
         """The present moment."""
+        self._refuse_changes()
         free = self._free.present
         poses = tuple(free.get(i) or body.pose_at(self.time) for i, body in enumerate(self.world.bodies))
-        return Snapshot(self.world, self.time, poses, tuple(self.positions), tuple(self.velocities))
+        return Snapshot(self.world, self.time, poses, self.positions, self.velocities)
 
     def snapshots(self, times):
         """Advance to each of the increasing `times` in turn and yield the snapshot there.

@@ -11,6 +11,7 @@ import functools
 import numpy as np
 import warp as wp
 
+from fieldsim.arrays import kept
 from fieldsim.dynamics.integrators import moments
 from fieldsim.dynamics.sources import Stages, field_at, upload
 from fieldsim.dynamics.state import State
@@ -36,7 +37,7 @@ class Work:
 
     def values(self) -> np.ndarray:
         """Work done so far per unit mass, (N,): positive where particles gained energy."""
-        return self._sum.numpy()
+        return kept(self._sum.numpy())
 
     def _follow(self, sources, state, steps, start, dt):
         integrator, device = self._simulation.integrator, self._simulation.device

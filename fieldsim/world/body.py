@@ -6,6 +6,7 @@ import functools
 import numpy as np
 
 from fieldsim import validate
+from fieldsim.arrays import kept
 from fieldsim.errors import InputError
 from fieldsim.potentials import cells
 from fieldsim.potentials.field import Field, gravity, skeleton
@@ -133,7 +134,7 @@ class Body:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Particles:
-    """A set of particles as they start: positions and velocities (N, 3) in the world's frame.
+    """A set of particles as they start: positions and velocities (N, 3) in the world's frame, copies to read only.
 
     radius: of the sphere that is seen and that collides; contact: what happens at a surface, a Bounce, Absorb or
     Repulsion, or None to pass through everything. Particles do not touch each other.
@@ -159,8 +160,8 @@ class Particles:
                 f"Particles: positions have shape {positions.shape} but velocities {velocities.shape}; "
                 "give one velocity per position"
             )
-        object.__setattr__(self, "positions", positions.copy())
-        object.__setattr__(self, "velocities", velocities.copy())
+        object.__setattr__(self, "positions", kept(positions))
+        object.__setattr__(self, "velocities", kept(velocities))
         object.__setattr__(self, "radius", validate.number("Particles", "radius", self.radius, above=0.0))
         if self.contact is not None and not isinstance(self.contact, LAWS):
             raise InputError(

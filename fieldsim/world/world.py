@@ -8,6 +8,7 @@ import warnings
 import numpy as np
 
 from fieldsim import validate
+from fieldsim.arrays import kept
 from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.potentials import cells
 from fieldsim.potentials.field import Field
@@ -116,6 +117,7 @@ class Snapshot:
 
     poses: one per body; positions, velocities: one (N, 3) array per set of particles, world frame; shape_poses: one
     pair of positions (N, 3) and rotations ((N, 4) or (N, 3, 3)) per group of hard shapes, None: as their motions say.
+    Arrays are kept as copies to read only. Raises InputError for what does not fit the world.
     """
 
     world: World
@@ -125,14 +127,52 @@ class Snapshot:
     velocities: tuple[np.ndarray, ...]
     shape_poses: tuple[tuple[np.ndarray, np.ndarray], ...] | None = None
 
+    def __post_init__(self):
+        validate.instance("Snapshot", "world", self.world, World, "give a fs.World")
+        object.__setattr__(self, "time", validate.number("Snapshot", "time", self.time))
+        poses = validate.instances("Snapshot", "poses", self.poses, Pose, "give a fs.Pose for each body")
+        object.__setattr__(self, "poses", poses)
+        for name in ("positions", "velocities"):
+            remedy = "give a list with an array (N, 3) for each set of particles"
+            arrays = validate.listed("Snapshot", name, getattr(self, name), remedy)
+            arrays = (validate.points("Snapshot", f"{name}[{k}]", array) for k, array in enumerate(arrays))
+            object.__setattr__(self, name, tuple(map(kept, arrays)))
+        if self.shape_poses is not None:
+            remedy = "give a pair of positions and rotations for each World.add_shape"
+            pairs = validate.listed("Snapshot", "shape_poses", self.shape_poses, remedy)
+            pairs = tuple(_pair(f"shape_poses[{k}]", pair, remedy) for k, pair in enumerate(pairs))
+            object.__setattr__(self, "shape_poses", pairs)
+        self._refuse_misfit()
+
+    def _refuse_misfit(self):
+        """Raise InputError where there are more or fewer rows than the world has things: it may have got more since."""
+        world, pairs = self.world, self.shape_poses
+        self._fits("poses", len(self.poses), len(world.bodies), "bodies")
+        for name in ("positions", "velocities"):
+            arrays = getattr(self, name)
+            self._fits(name, len(arrays), len(world.particles), "sets of particles")
+            for k, (array, particles) in enumerate(zip(arrays, world.particles, strict=True)):
+                self._fits(f"rows of {name}[{k}]", len(array), len(particles), "particles")
+        if pairs is not None:
+            self._fits("shape_poses", len(pairs), len(world.shapes), "groups of shapes")
+            for k, (pair, group) in enumerate(zip(pairs, world.shapes, strict=True)):
+                checked_poses("Snapshot", f"shape_poses[{k}]", pair, len(group.shapes))
+
+    @staticmethod
+    def _fits(name, count, wanted, things):
+        if count != wanted:
+            raise InputError(f"Snapshot: {count} {name} for {wanted} {things} of its world; give as many")
+
     def poses_at(self, index: int, times) -> tuple[np.ndarray, np.ndarray]:
         """Rotations (n, 3, 3) and positions (n, 3) of body `index`: those of this moment, at each of the n `times`."""
+        self._refuse_misfit()
         pose, count = self.poses[index], len(times)
         return np.broadcast_to(pose.matrix, (count, 3, 3)), np.broadcast_to(pose.position, (count, 3))
 
     @functools.cached_property
     def surface(self) -> "Surface":
         """All bodies' surface elements in the world's frame; the surface is where their sum is 1."""
+        self._refuse_misfit()
         parts, owners, materials, poses = [], [], [], []
         for body, pose in zip(self.world.bodies, self.poses, strict=True):
             if body.surface is None:
@@ -161,14 +201,10 @@ class Snapshot:
     @functools.cached_property
     def shapes(self) -> Solids:
         """All hard shapes in the world's frame."""
+        self._refuse_misfit()
         groups = self.world.shapes
         if self.shape_poses is None:
             poses = [group.poses_at(self.time) for group in groups]
-        elif len(self.shape_poses) != len(groups):
-            raise InputError(
-                f"Snapshot: {len(self.shape_poses)} shape_poses for {len(groups)} groups of shapes; "
-                "give one pair of positions and rotations per World.add_shape"
-            )
         else:
             poses = [
                 checked_poses("Snapshot", f"shape_poses[{index}]", pair, len(group.shapes))
@@ -179,14 +215,21 @@ class Snapshot:
     @functools.cached_property
     def spheres(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """All particles: centres (N, 3), radii (N,), linear RGB colours (N, 3)."""
+        self._refuse_misfit()
         sets = self.world.particles
         if not sets:
             return np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3))
-        for index, positions in enumerate(self.positions):
-            validate.points("Snapshot", f"positions[{index}]", positions)
         radii = np.concatenate([np.full(len(p), p.radius) for p in sets])
         colors = np.concatenate([np.tile(color_rgb("Particles", p.color), (len(p), 1)) for p in sets])
         return np.concatenate(self.positions), radii, colors
+
+
+def _pair(name, value, remedy):
+    """Two arrays to read only."""
+    arrays = validate.listed("Snapshot", name, value, remedy)
+    if len(arrays) != 2:
+        raise InputError(f"Snapshot: {name} has {len(arrays)} parts; {remedy}")
+    return tuple(kept(validate.numbers("Snapshot", f"{name}[{k}]", array)) for k, array in enumerate(arrays))
 
 
 @dataclasses.dataclass(frozen=True)

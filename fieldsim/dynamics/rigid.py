@@ -13,17 +13,16 @@ from fieldsim.arrays import kept, read_only
 from fieldsim.copies import Uncopied
 from fieldsim.dynamics.refusals import refuse_method
 from fieldsim.dynamics.rigid_body import FreeBody, free_body, log_slope
+from fieldsim.dynamics.rigid_start import refuse_overlaps, refuse_unequal_pulls
 from fieldsim.dynamics.rigid_steps import Splitting, energy_kernel, rigid_kernel
 from fieldsim.dynamics.rigid_tables import HOST, host_array, masses_of, prescribed_tables, shells_of, state_of
 from fieldsim.dynamics.rigid_track import Track
-from fieldsim.dynamics.sources import Sources, field_of_elements
-from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
+from fieldsim.dynamics.sources import Sources
+from fieldsim.errors import FieldsimError, FieldsimWarning
 from fieldsim.launch import launch
 from fieldsim.world import quaternion
 from fieldsim.world.motion import Pose
 
-# Where a point of one surface starts within the other's field of more than this, the two overlap.
-OVERLAP = 1.001
 # Contacts want steps shorter than this share of 1 / (their angular frequency).
 RESOLVED = 0.5
 
@@ -46,7 +45,9 @@ class FreeBodies(Uncopied):
         self._state = state_of(self.starts)
         # Without stiffness at first: the energy of the start decides on it.
         self._shells = shells_of(self.starts, [0.0] * len(self))
-        self._refuse_overlaps()
+        refuse_unequal_pulls(self.starts)
+        free = [start.index for start in self.starts]
+        refuse_overlaps(world, self.starts, world.at(time).poses, time, free)
         budget = self.kinetic_energies.sum() + abs(self.potential_energy())
         surfaces = [body.surface.at(time) for body in world.bodies if body.surface is not None]
         gentlest = min(map(log_slope, surfaces), default=0.0)
@@ -117,23 +118,6 @@ class FreeBodies(Uncopied):
                 f"at time {self.time:g} {start.name} is at {tuple(x[bad[0]].tolist())} with angular momentum "
                 f"{tuple(spin[bad[0]].tolist())}; soften what it falls into, give it a surface, or shorten dt"
             )
-
-    def _refuse_overlaps(self):
-        """Raise InputError where surfaces lie in each other, naming the bodies."""
-        for start in self.starts:
-            if start.shell is None:
-                continue
-            points = start.center + start.shell.points @ quaternion.matrices(start.turn).T
-            for index, body in enumerate(self.world.bodies):
-                if index == start.index or body.surface is None:
-                    continue
-                pose = body.motion if body.free else self.world.at(self.time).poses[index]
-                local = (points - pose.position) @ pose.matrix
-                if field_of_elements(body.surface_elements(self.time), local)[0].max() > OVERLAP:
-                    other = f"Body {index}" + (f" ({body.name})" if body.name else "")
-                    raise InputError(
-                        f"{start.name} and {other} overlap at the start, time {self.time:g}; move them apart"
-                    )
 
     # Poses
 

@@ -50,9 +50,19 @@ class FreeBody:
         """The quaternion (4,) from the principal to the world's frame."""
         return quaternion.product(self.body.motion.rotation, self.frame.rotation)
 
+    @property
+    def pull(self) -> float:
+        """G times the mass that pulls over the mass that resists: 0 where the body does not pull."""
+        return 0.0 if self.body.gravity is None else self.body.G * self.body.mass / self.mass
+
+    @property
+    def pulls(self) -> bool:
+        """Whether other bodies feel it."""
+        return self.pull != 0.0
+
     def gravity_elements(self) -> cells.Elements:
         """What pulls, in the principal frame."""
-        return self._placed(self.body.gravity_elements(0.0))
+        return self._placed(self.body.gravity_elements(0.0)) if self.pulls else cells.concatenate([])
 
     def surface_elements(self) -> cells.Elements:
         """What collides, in the principal frame, with its reach."""
@@ -81,6 +91,12 @@ class FreeBody:
         found = shell(elements, *box, spacing(self.body.surface.radius))
         blocks = np.column_stack([self._inward(found.blocks[:, :3]), found.blocks[:, 3]])
         return dataclasses.replace(found, points=self._inward(found.points), blocks=blocks)
+
+    @property
+    def shell_points(self) -> np.ndarray:
+        """Points on its surface, in the body's frame, (n, 3)."""
+        points = self.shell.points if self.shell else np.zeros((0, 3))
+        return points @ self.frame.matrix.T + self.frame.position
 
     def _inward(self, points):
         """Points of the body's frame in the principal one."""
@@ -124,9 +140,14 @@ def log_slope(material) -> float:
     return _GENTLE[type(kernel)] * radius / (radius**2 + softening**2)
 
 
+def name_of(index: int, body) -> str:
+    """What messages call body `index` of a world."""
+    return f"Body {index}" + (f" ({body.name})" if body.name else "")
+
+
 def free_body(index, body) -> FreeBody:
     """The start of body `index`; raises InputError for mass properties that cannot be."""
-    name = f"Body {index}" + (f" ({body.name})" if body.name else "")
+    name = name_of(index, body)
     properties = mass_properties(body)
     moments, axes = properties.principal()
     frame = Pose(tuple(properties.center), tuple(quaternion.of_matrix(axes)))

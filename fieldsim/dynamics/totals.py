@@ -85,7 +85,7 @@ def _energy_of_particles(simulation):
     _x, _v, weights = _weighted(simulation)
     parts = energy(simulation.snapshot())
     kinetic, potential = weights @ parts.kinetic, weights @ parts.potential
-    return np.array([kinetic + potential]), kinetic + abs(potential)
+    return np.array([kinetic + potential]), np.abs(weights) @ parts.kinetic + abs(potential)
 
 
 def _momentum_of_particles(simulation):

@@ -138,8 +138,10 @@ class Particles:
 
     radius: of the sphere that is seen and that collides; contact: what happens at a surface, a Bounce, Absorb or
     Repulsion, or None to pass through everything. Particles do not touch each other.
-    gravity: the kernel with which each pulls all others, with its mass; None: they are test particles. G: gravitational
-    constant.
+    gravity: the kernel with which each pulls all other particles, with its mass; None: they are test particles. G:
+    gravitational constant, with which others feel these: of sets with several, what is kept together is weighted by
+    G times mass. A mass below 0 repels all, and falls as any other. Free bodies do not feel particles, so a Simulation
+    of both with particles that pull is refused.
     """
 
     positions: np.ndarray

@@ -24,6 +24,11 @@ class Rigid(Pose):
     stiffness: energy per area of contacts (see `fieldsim.dynamics.rigid_contact`); unless told, such that the hardest
     hit that the energy of all bodies at the start allows presses two surfaces into each other by a tenth of the radius.
 
+    Gravity gives all bodies at a place the same acceleration: it pulls on the mass that resists, spread over the
+    skeleton. Other free bodies feel the body's own mass, times its G; what it does to them they do to it. So free
+    bodies that pull each other have one kernel, and one ratio of G times the mass that pulls to the mass that resists,
+    which may be negative; a Simulation of others is refused. One of mass 0 does not pull.
+
     A point, or a straight line, has no inertia about itself, and nothing there turns it: a point moves as a particle,
     a line does not spin about itself. Raises InputError for a mass that is not above 0 and for a matrix that is not
     symmetric and positive definite; warns of a quaternion whose length is off 1 by more than 1e-6.

@@ -111,12 +111,6 @@ class MutualGravity(Uncopied):
         # G m of each particle, 0 of those that do not pull.
         self.strengths = read_only(np.concatenate([[], *strengths]))
         self._sources = np.flatnonzero(self.strengths)
-        free = [index for index, body in enumerate(world.bodies) if body.free]
-        if free and len(self):
-            raise InputError(
-                f"Simulation: its particles pull, but Body {free[0]} moves freely, which does not feel particles; give "
-                "them gravity=None, or make free bodies of them, fs.Body(fs.Point(...), motion=fs.Rigid())"
-            )
 
     def __len__(self) -> int:
         return len(self._sources)

@@ -42,8 +42,8 @@ TABLE = {
     "Radau": (("contact", "escape", "pull", "free"), "which Radau does not know", SPLITTING),
     "force gradients": (("pull", "free"), "which force gradients do not know", SPLITTING),
     "pull": (
-        ("contact", "escape"),
-        "but particles cannot both pull each other and collide or escape",
+        ("contact", "escape", "free"),
+        "but particles cannot both pull each other and collide or escape, nor pull what moves freely",
         "",
     ),
     "poincare": (("contact", "escape", "pull"), "which a section does not know", ""),

@@ -8,6 +8,7 @@ import numpy as np
 
 from fieldsim.dynamics.inertia import NOTHING, mass_properties, surface_box
 from fieldsim.dynamics.mass_points import enough, mass_points
+from fieldsim.dynamics.refusals import body_name
 from fieldsim.dynamics.shells import Shell, shell, spacing
 from fieldsim.dynamics.surfaces import refuse_compact, with_reach
 from fieldsim.errors import InputError
@@ -140,14 +141,9 @@ def log_slope(material) -> float:
     return _GENTLE[type(kernel)] * radius / (radius**2 + softening**2)
 
 
-def name_of(index: int, body) -> str:
-    """What messages call body `index` of a world."""
-    return f"Body {index}" + (f" ({body.name})" if body.name else "")
-
-
 def free_body(index, body) -> FreeBody:
     """The start of body `index`; raises InputError for mass properties that cannot be."""
-    name = name_of(index, body)
+    name = body_name(index, body)
     properties = mass_properties(body)
     moments, axes = properties.principal()
     frame = Pose(tuple(properties.center), tuple(quaternion.of_matrix(axes)))

@@ -6,7 +6,8 @@ import math
 import numpy as np
 
 from fieldsim.dynamics.mass_points import mass_points
-from fieldsim.dynamics.rigid_body import FreeBody, name_of
+from fieldsim.dynamics.refusals import body_name
+from fieldsim.dynamics.rigid_body import FreeBody
 from fieldsim.dynamics.sources import field_of_elements
 from fieldsim.dynamics.surfaces import REACH, with_reach
 from fieldsim.errors import InputError
@@ -94,7 +95,7 @@ def refuse_overlaps(world, starts: list[FreeBody], poses, time: float, moved) ->
     for index, body in enumerate(world.bodies):
         if body.surface is not None:
             shell = free[index].shell_points if index in free else None
-            extents[index] = extent_of(name_of(index, body), body, poses[index], time, shell)
+            extents[index] = extent_of(body_name(index, body), body, poses[index], time, shell)
     indices = np.array(list(extents), dtype=int)
     centers = np.array([extent.center for extent in extents.values()])
     radii = np.array([extent.radius for extent in extents.values()])

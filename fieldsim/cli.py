@@ -2,20 +2,20 @@
 
 import contextlib
 import os
-import pathlib
 import signal
 import sys
 import warnings
 
 import click
 
+from fieldsim import interrupts
 from fieldsim import scenario as scenarios
 from fieldsim.cli_compare import compare_command, compare_options
 from fieldsim.cli_film import film_command, film_options
 from fieldsim.cli_mujoco import model_command, model_options
 from fieldsim.errors import FieldsimError, FieldsimWarning
 
-OK, FAILURE, USAGE, INTERRUPTED = 0, 1, 2, 130
+OK, FAILURE, USAGE = 0, 1, 2
 
 EXAMPLES = """
 \b
@@ -41,23 +41,21 @@ def main(build=None, argv=None) -> None:
     """Run the command `fieldsim`, or, with `build`, the command of the script that calls this.
 
     A scenario ends with `if __name__ == "__main__": fs.main(build)`, and `python scenario.py --out film.mp4` works.
-    Ends the process: status 0, 1 after a failure, 2 for wrong usage, 130 after an interrupt.
+    Ends the process: status 0, 1 after a failure, 2 for wrong usage, 130 after an interrupt, 143 and 129 after SIGTERM
+    and SIGHUP, which end a run in the same way.
     """
     if build is not None and scenarios.being_loaded():
         return
-    with contextlib.suppress(ValueError):  # not the main thread
-        # A polite end, as at the keyboard: nothing half-written stays.
-        signal.signal(signal.SIGTERM, signal.default_int_handler)
-    sys.exit(_status(build, sys.argv[1:] if argv is None else list(argv)))
+    with interrupts.heard("SIGINT", "SIGTERM", "SIGHUP"):
+        status = _status(build, sys.argv[1:] if argv is None else list(argv))
+    sys.exit(status)
 
 
 def _status(build, argv):
     """Run the command and return its exit status, with one clear message for whatever went wrong."""
-    program = "fieldsim" if build is None else f"python {sys.argv[0]}"
     try:
         with _plain_warnings():
-            command = cli if build is None else film_command(build, _stem_of(build))
-            command.main(argv, prog_name=program, standalone_mode=False)
+            _run_command(build, argv)
         return OK
     except click.exceptions.NoArgsIsHelpError as error:
         error.show()
@@ -66,19 +64,54 @@ def _status(build, argv):
         help_at = f"\n({error.ctx.command_path} --help tells more)" if error.ctx else ""
         _say(error.format_message() + help_at)
         return USAGE
-    except (click.Abort, KeyboardInterrupt):
-        _say("interrupted; nothing was written")
-        return INTERRUPTED
-    except Exception as error:
-        if os.environ.get("FIELDSIM_DEBUG", "0") not in ("", "0"):
+    except BaseException as error:
+        return _failed(error.__cause__ if isinstance(error, click.Abort) and error.__cause__ else error)
+
+
+def _run_command(build, argv):
+    """Run the command, and see that what it says arrives."""
+    program = "fieldsim" if build is None else f"python {sys.argv[0]}"
+    command = cli if build is None else film_command(build, scenarios.source_of(build).stem)
+    output = sys.stdout
+    try:
+        command.main(argv, prog_name=program, standalone_mode=False)
+        if output is not None:
+            output.flush()
+    except (BrokenPipeError, SystemExit) as error:
+        # Whoever reads what we say has had enough, as `head` has: click puts another output in place, and exits.
+        if isinstance(error, SystemExit) and sys.stdout is output:
             raise
-        known = isinstance(error, FieldsimError)
-        _say(str(error) if known else f"unexpected {type(error).__name__}: {error} (--debug shows where)")
-        return FAILURE
+        sys.stdout = open(os.devnull, "w")  # Python would complain when it ends
+
+
+def _failed(error):
+    """Say what ended the command, and return its status."""
+    kept = "; ".join(_notes(error))
+    signalled = interrupts.come()
+    if signalled is not None or isinstance(error, KeyboardInterrupt):
+        _say(f"interrupted; {kept or 'nothing was written'}")
+        return 128 + (signalled or signal.SIGINT)
+    if os.environ.get("FIELDSIM_DEBUG", "0") not in ("", "0"):
+        raise error
+    words = str(error) if isinstance(error, FieldsimError) else _unexpected(error)
+    _say(f"{words}; {kept}" if kept else words)
+    return FAILURE
+
+
+def _notes(error):
+    """What was said of files that were kept, of this error and of those that it came in the way of."""
+    return [*(_notes(error.__context__) if error.__context__ else ()), *getattr(error, "__notes__", ())]
+
+
+def _unexpected(error):
+    if isinstance(error, SystemExit):
+        return f"a function of the scenario ended the run, by sys.exit({error.code!r})"
+    return f"unexpected {type(error).__name__}: {error} (--debug shows where)"
 
 
 def _say(message):
-    click.echo(f"fieldsim: {message}", err=True)
+    with contextlib.suppress(OSError):  # the terminal is closed: nobody to tell
+        click.echo(f"fieldsim: {message}", err=True)
 
 
 @contextlib.contextmanager
@@ -96,10 +129,6 @@ def _plain_warnings():
         warnings.showwarning = plain
         warnings.simplefilter("always", FieldsimWarning)
         yield
-
-
-def _stem_of(build):
-    return pathlib.Path(build.__code__.co_filename).stem
 
 
 class _Run(click.Group):

@@ -3,7 +3,7 @@
 import click
 
 from fieldsim import scenario as scenarios
-from fieldsim.cli_film import film_options, scenario_option, usage
+from fieldsim.cli_film import command_of, film_options, usage
 from fieldsim.errors import InputError
 
 
@@ -12,7 +12,7 @@ def compare_options():
     shared = [option for option in film_options() if option.name in ("size", "device", "debug")]
     return [
         click.Option(["--solver"], multiple=True, metavar="NAME", help="Two of them; hermite and referee unless told."),
-        click.Option(["--time"], type=float, default=0.0, help="Moment of the scenario; its start unless told."),
+        click.Option(["--time"], type=float, help="Moment of the scenario; its start unless told."),
         click.Option(["--out"], metavar="FILE", help="The picture of differences, .png or .svg."),
         *shared,
     ]
@@ -20,16 +20,7 @@ def compare_options():
 
 def compare_command(build, name):
     """The command that compares two solvers on a frame of what `build` gives."""
-    options = compare_options()
-    taken = {option.name for option in options}
-    own = scenarios.parameters(build)
-
-    def callback(**values):
-        told = {p.name: values[p.name] for p in own if p.name not in taken}
-        _compare(build, name, told, {key: values[key] for key in taken if key in values})
-
-    params = [scenario_option(p) for p in own if p.name not in taken] + options
-    return click.Command(name, callback=callback, params=params, help=scenarios.description(build))
+    return command_of(build, name, compare_options(), lambda told, options: _compare(build, name, told, options))
 
 
 def _compare(build, name, told, options):
@@ -50,7 +41,7 @@ def _compare(build, name, told, options):
     if isinstance(scenario, plots.Picture):
         raise InputError(f"{name} draws a plot; there is nothing to compare")
     result = comparing.compare(
-        scenario, names, time=options["time"], size=options["size"] or comparing.SIZE, device=options["device"]
+        scenario, names, time=options["time"] or 0.0, size=options["size"] or comparing.SIZE, device=options["device"]
     )
     plots.Picture(lambda _size: result.draw()).save(out)
     click.echo(f"{out}\n{result}")

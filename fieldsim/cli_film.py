@@ -9,7 +9,7 @@ import click
 
 from fieldsim import scenario as scenarios
 from fieldsim.cli_types import Device, Integrator, Positive, Size
-from fieldsim.errors import FieldsimWarning, InputError
+from fieldsim.errors import FieldsimWarning, InputError, ScenarioError
 from fieldsim.render.layers import LAYERS
 from fieldsim.render.solids_skeleton import MODES
 
@@ -17,6 +17,7 @@ from fieldsim.render.solids_skeleton import MODES
 def _switch_debug(ctx, param, value):
     if value:
         os.environ["FIELDSIM_DEBUG"] = "1"
+    return value or None
 
 
 def film_options():
@@ -58,7 +59,6 @@ def film_options():
             ["--debug"],
             is_flag=True,
             is_eager=True,
-            expose_value=False,
             callback=_switch_debug,
             help="Show Python's tracebacks.",
         ),
@@ -78,6 +78,71 @@ def scenario_option(parameter):
     return click.Option([f"--{name}", parameter.name], type=kind, **shared)
 
 
+def own_values(own, options, values) -> dict:
+    """The values of `build`'s parameters `own`; of those that share an option's name, its value, where it is told.
+
+    Raises UsageError for one that has none.
+    """
+    shared = {option.name for option in options}
+    told = {}
+    for parameter in own:
+        value = values[parameter.name]
+        if parameter.name in shared and (value is None or value is False):
+            if parameter.required:
+                raise click.UsageError(f"Missing option '--{parameter.name}'.", click.get_current_context())
+            continue
+        if parameter.kind is int and value is not None and value != int(value):
+            raise click.UsageError(f"--{parameter.name} is {value:g}; this scenario takes a whole number")
+        told[parameter.name] = int(value) if parameter.kind is int and value is not None else value
+    return told
+
+
+def command_of(build, name: str, options, callback, **settings) -> click.Command:
+    """A command with `options` and those of `build`'s own parameters; ScenarioError for one that cannot be both.
+
+    callback: called with the values of `build`'s parameters and those of the options.
+    """
+    own, shared = scenarios.parameters(build), {option.name: option for option in options}
+    for parameter in own:
+        if parameter.name == "help" or not _can_share(parameter, shared.get(parameter.name)):
+            raise ScenarioError(
+                f"build: parameter {parameter.name!r} has the name of an option that means something else, "
+                f"--{parameter.name}; give it another name"
+            )
+
+    def called(**values):
+        callback(own_values(own, options, values), {key: values[key] for key in shared})
+
+    params = [scenario_option(p) for p in own if p.name not in shared] + options
+    _refuse_twins(params)
+    return click.Command(name, callback=called, params=params, help=scenarios.description(build), **settings)
+
+
+def _can_share(parameter, option):
+    """Whether an option's value is one for the parameter of its name, too."""
+    if option is None:
+        return True
+    if option.is_flag:
+        return parameter.kind is bool
+    if option.type.name in ("number", "float"):
+        return parameter.kind in (int, float)
+    is_text = parameter.kind is str or isinstance(parameter.kind, tuple)
+    return is_text and option.type.name in ("text", "choice", "device") and not option.multiple
+
+
+def _refuse_twins(params):
+    """Refuse parameters whose options would be the same: a_b and a-b, or no_x beside a switch x."""
+    seen = {}
+    for param in params:
+        for word in (*param.opts, *param.secondary_opts):
+            if word in seen:
+                raise ScenarioError(
+                    f"build: parameters {seen[word]!r} and {param.name!r} would both be the option {word}; "
+                    "give one of them another name"
+                )
+            seen[word] = param.name
+
+
 def film_command(build, name: str, extra=(), prepare=None) -> click.Command:
     """The command that films what `build` gives: the options of every film and those of its own parameters.
 
@@ -87,22 +152,12 @@ def film_command(build, name: str, extra=(), prepare=None) -> click.Command:
     the extra ones, and returns the film's name and a function from the scenario to the one to be filmed and options of
     `filming.film`.
     """
-    film = [*extra, *film_options()]
-    taken = {option.name for option in film}
-    own = scenarios.parameters(build)
 
-    def callback(**values):
-        told = {p.name: values[p.name] for p in own if p.name not in taken or values[p.name] is not None}
-        options = {key: values[key] for key in taken if key in values}
+    def callback(told, options):
+        del options["debug"]
         _film(build, *(prepare(name, options) if prepare else (name, None)), told, options)
 
-    return click.Command(
-        name,
-        callback=callback,
-        params=[scenario_option(p) for p in own if p.name not in taken] + film,
-        help=scenarios.description(build),
-        context_settings={"max_content_width": 120},
-    )
+    return command_of(build, name, [*extra, *film_options()], callback, context_settings={"max_content_width": 120})
 
 
 def _film(build, name, adapt, told, options):
@@ -119,6 +174,8 @@ def _film(build, name, adapt, told, options):
             plots.checked_path(out)
         else:
             Film(out or "film.mp4", options["size"])
+        if out and energy_plot and os.path.realpath(out) == os.path.realpath(energy_plot):
+            raise InputError(f"--out and --energy-plot are one file, {out}; give two names")
     device_named(options["device"])
     scenario = scenarios.call(build, told)
     if isinstance(scenario, plots.Picture):

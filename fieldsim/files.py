@@ -99,6 +99,14 @@ def names(target: pathlib.Path):
         yield target.with_name(stem.decode(errors="ignore") + ending)
 
 
+def new_folder(target: pathlib.Path) -> pathlib.Path:
+    """A new folder NAME.partial."""
+    for name in itertools.islice(names(target), 1, None):
+        with contextlib.suppress(FileExistsError):
+            name.mkdir()
+            return name
+
+
 def claim(source: pathlib.Path, target: pathlib.Path) -> bool:
     """Move a file to `target` where nothing has that name, also if another process is about to make it."""
     try:

@@ -3,15 +3,17 @@
 import contextlib
 import dataclasses
 import functools
+import os
 import time
 import warnings
 
 import numpy as np
 
-from fieldsim import launch
+from fieldsim import interrupts, launch
+from fieldsim.dynamics.auto import integrator_of
 from fieldsim.dynamics.energy_log import EnergyLog, EnergyReport
-from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
-from fieldsim.recording import Recorded, Recording
+from fieldsim.errors import FieldsimWarning, InputError
+from fieldsim.recording import Recorded, Recording, about_run
 from fieldsim.render.image import Renderer
 from fieldsim.render.layers import LayerPictures
 from fieldsim.render.video import Film
@@ -104,6 +106,7 @@ def _unwatched(done, count):
     pass
 
 
+@interrupts.obeyed()
 def film(
     scenario: Scenario,
     out,
@@ -130,21 +133,25 @@ def film(
     preview: a quick look: half the width and height, draft quality, 10 frames per second, where nothing else is told.
     A camera's shutter takes more of them while it is open; a replay and a layer are sharp.
     record: path of a `Recording` to keep of the snapshots; replay: path of one to film instead of simulating, at its
-    own times, with another camera or size, say.
+    own times and as far as it goes unless duration ends before, with another camera or size, say. A warning names the
+    parameters that are not those of its run, and what has no effect on what moves.
     beside: a function of the size that gives what else draws every frame: its `frame(snapshot, camera)` stands to the
     right, and the film is twice as wide.
     watch: called with (frames done, frames in all) as the work goes on. A path that ends in .png gets the last frame.
-    A simulation that fails under way ends the film: the frames so far are kept, and the FieldsimError says so.
+    A film that fails or is interrupted under way keeps the frames and snapshots so far, beside what was there before
+    (see `Film` and `Recording`), and the error says where.
     """
-    recorded = Recorded(replay) if replay else None
+    recorded = _recorded(replay, scenario, record, integrator, duration) if replay else None
     if integrator is not None:
         scenario = dataclasses.replace(scenario, integrator=integrator)
-    duration = scenario.duration if duration is None else duration
     if fps is None:
         fps = recorded.fps if recorded else min(10.0, scenario.fps) if preview else scenario.fps
     size = size or (tuple(n // 2 for n in SIZE) if preview else SIZE)
     quality = quality or ("draft" if preview else "final")
-    times = timeline(duration, fps) if recorded is None else recorded.times[recorded.times < duration].tolist()
+    if recorded:
+        times = recorded.times[recorded.times < (np.inf if duration is None else duration)].tolist()
+    else:
+        times = timeline(scenario.duration if duration is None else duration, fps)
     world = scenario.shown
     if not world.particles and not world.shapes and all(body.surface is None for body in world.bodies):
         words = "nothing to see: no body has a surface, and there are no particles; give a body a surface=fs.Material()"
@@ -153,38 +160,50 @@ def film(
     with contextlib.ExitStack() as stack:
         width, height = size
         target = stack.enter_context(Film(out, (2 * width, height) if beside else size, fps))
-        if target.still:
+        if target.still and not record:
             times = times[-1:]
-        report = Report(target.path, target.size, len(times))
+        report = Report(target.path, target.size, 1 if target.still else len(times))
         renderer = Renderer(size, quality, device, mode=mode or "soft")
         pictures = LayerPictures(renderer, layer) if layer else renderer
         other = beside(size) if beside else None
-        failures = []
         exposures = 1 if layer or recorded else _exposures(scenario.camera, times, fps, renderer)
         moments = _snapshots(scenario, _exposed(scenario.camera, times, exposures), device, report)
         if recorded:
             moments = map(functools.partial(recorded.at, world=scenario.shown), times)
         frames = zip(*[iter(moments)] * exposures, strict=False)
         if record:
-            frames = _kept(frames, stack.enter_context(Recording(record)))
-        for done, snapshots in enumerate(_until_failure(frames, failures)):
+            frames = _kept(frames, stack.enter_context(Recording(record, about_run(scenario, fps))))
+        for done, snapshots in enumerate(frames, 1):
+            if done == len(times) or not target.still:
+                with report.rendering.running():
+                    image = pictures.frame(snapshots if exposures > 1 else snapshots[0], scenario.camera)
+                    if other:
+                        image = np.hstack([image, other.frame(snapshots[0], scenario.camera)])
+                with report.writing.running():
+                    target.write(image)
             watch(done, len(times))
-            with report.rendering.running():
-                image = pictures.frame(snapshots if exposures > 1 else snapshots[0], scenario.camera)
-                if other:
-                    image = np.hstack([image, other.frame(snapshots[0], scenario.camera)])
-            with report.writing.running():
-                target.write(image)
-        if failures and not target.frames:
-            raise failures[0]
-        watch(target.frames, len(times))
-    if failures:
-        raise FieldsimError(
-            f"{failures[0]}; {target.path} keeps the {target.frames} of {len(times)} frames made before"
-        ) from failures[0]
     report.rays = renderer.rays
     report.seconds = time.perf_counter() - begun
     return report
+
+
+def _recorded(replay, scenario, record, integrator, duration):
+    """The recording to replay; warns of what differs from its run, and of what has no effect on it."""
+    if record and os.path.realpath(record) == os.path.realpath(replay):
+        raise InputError(f"film: record and replay are one file, {os.fspath(replay)!r}; give two names")
+    recorded = Recorded(replay)
+    words = recorded.differences(scenario)
+    if integrator is not None and str(integrator_of("film", integrator)) != recorded.about.get("integrator"):
+        words.append(f"integrator {integrator} has no effect")
+    if duration is not None and duration > recorded.times[-1] + 1.5 / recorded.fps:
+        words.append(f"it ends at time {recorded.times[-1]:g}, before duration {duration:g}")
+    if words:
+        warnings.warn(
+            f"{os.fspath(replay)!r} is replayed, and what moves is as recorded: {'; '.join(words)}",
+            FieldsimWarning,
+            stacklevel=3,
+        )
+    return recorded
 
 
 def _exposures(camera, times, fps, renderer):
@@ -213,14 +232,6 @@ def _kept(frames, recording):
 def snapshot_at(scenario: Scenario, time: float, device: str | None = None):
     """The scenario's moment at `time`, simulated up to then where anything moves by forces."""
     return next(_snapshots(scenario, [time], device, Report("", SIZE)))
-
-
-def _until_failure(frames, failures):
-    """The frames up to the one that fails; its error goes into `failures`."""
-    try:
-        yield from frames
-    except FieldsimError as error:
-        failures.append(error)
 
 
 def _snapshots(scenario, times, device, report):

@@ -8,15 +8,17 @@ import concurrent.futures
 import contextlib
 import ctypes
 import functools
+import math
 import os
 import sys
 import tempfile
 import threading
 import time
+from typing import ClassVar
 
 import warp as wp
 
-from fieldsim import kernel_cache
+from fieldsim import interrupts, kernel_cache
 from fieldsim.errors import DeviceError
 
 THREADS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
@@ -101,7 +103,7 @@ class _Loading:
         outer = self.started
         self.started = outer or time.perf_counter()
         try:
-            with _notice.while_waiting() if aloud and outer is None else contextlib.nullcontext():
+            with interrupts.obeyed(), _notice.while_waiting() if aloud and outer is None else contextlib.nullcontext():
                 yield
         finally:
             if outer is None:
@@ -194,25 +196,73 @@ if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_pool.cache_clear)
 
 
+class _Slices:
+    """The slices of a launch, which threads take in turn until all are done.
+
+    How long items take differs by powers of ten, and no launch can be broken off: the first slices are small, and
+    others as large as takes about SECONDS, so that Ctrl-C is obeyed soon.
+    """
+
+    SECONDS = 0.1
+    TRUSTED = 0.002  # what an item took last time is trusted for slices that would take so long
+    _paces: ClassVar[dict] = {}  # seconds that an item took last, by kernel
+
+    def __init__(self, kernel, count, grain, threads, arguments, device):
+        self._kernel, self._count, self._arguments, self._device = kernel, count, arguments, device
+        is_alone = threads == 1 or count < 2 * grain
+        self.threads = 1 if is_alone else threads
+        self._most = count if is_alone else max(grain, -(-count // (4 * threads)))
+        trusted = int(self.TRUSTED / self._paces.get(kernel, math.inf))
+        self._size = min(self._most, max(1, grain // 8, trusted))
+        self._next = 0
+        self._lock = threading.Lock()
+        self.stopped = False
+
+    def work(self):
+        """Launch slices as long as there are some."""
+        while not self.stopped:
+            with self._lock:
+                first, size = self._next, min(self._size, self._count - self._next)
+                self._next += size
+            if size == 0:
+                return
+            begin = time.perf_counter()
+            wp.launch(self._kernel, dim=size, inputs=[first, *self._arguments], device=self._device)
+            self._learn(size, time.perf_counter() - begin)
+
+    def _learn(self, size, seconds):
+        """Fit the size of the slices to come."""
+        self._paces[self._kernel] = seconds / size
+        self._size = max(1, min(self._most, int(size * min(4.0, self.SECONDS / max(seconds, 1e-9)))))
+
+
 def launch(kernel, count, inputs, outputs=(), *, device, grain=256, threads=None):
     """Run `kernel(start, *inputs, *outputs)` for `count` items.
 
-    On a CPU, slices of at least `grain` items run on `threads` threads (all cores unless told); results do not depend
-    on the slicing as long as items do not write to the same place.
+    On a CPU, slices run on `threads` threads (all cores unless told), of at least `grain` items where these take little
+    time; results do not depend on the slicing as long as items do not write to the same place.
+    Ctrl-C is obeyed between slices.
     """
     device = wp.get_device(device)
     arguments = [*inputs, *outputs]
+    interrupts.check()
     if count == 0:
         return
-    threads = threads or THREADS
     _loading.load(kernel, device)
-    if device.is_cuda or threads == 1 or count < 2 * grain:
+    if device.is_cuda:
         wp.launch(kernel, dim=count, inputs=[0, *arguments], device=device)
         return
-    size = max(grain, -(-count // (4 * threads)))
-    starts = range(0, count, size)
-    work = _pool().map(
-        lambda start: wp.launch(kernel, dim=min(size, count - start), inputs=[start, *arguments], device=device), starts
-    )
-    for _ in work:
-        pass
+    slices = _Slices(kernel, count, grain, threads or THREADS, arguments, device)
+    if slices.threads == 1:
+        slices.work()
+        return
+    at_work = []
+    try:
+        at_work += (_pool().submit(slices.work) for _ in range(slices.threads))
+        for one in at_work:
+            one.result()
+    except BaseException:
+        # Nothing may be written to the arrays once they are gone.
+        slices.stopped = True
+        concurrent.futures.wait(at_work)
+        raise

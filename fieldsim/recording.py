@@ -3,18 +3,21 @@
 A recording is a `.npz` file: entry `time/000012` is snapshot 12's time, `poses/000012` (B, 7) the positions and
 quaternions (w, x, y, z) of the bodies, `shapes/0/000012` (N, 7) those of group 0 of the hard shapes, where a run moves
 them, `positions/0/000012` and `velocities/0/000012` (N, 3) those of set 0 of the particles. Snapshots are written as
-they come, so that a run that fails leaves what it had.
+they come, so that a run that fails leaves what it had. The last entry, `about.json` (bytes as uint8), tells of the run:
+its scenario, parameters, integrator, frames per second, duration and the version of fieldsim; older ones have none.
 """
 
-import os
+import functools
+import importlib.metadata
+import json
 import pathlib
-import secrets
 import zipfile
 
 import numpy as np
 
+from fieldsim import files, validate
 from fieldsim.copies import Uncopied
-from fieldsim.errors import InputError
+from fieldsim.errors import FilmError, InputError
 from fieldsim.world import quaternion
 from fieldsim.world.motion import Pose
 from fieldsim.world.world import Snapshot, World
@@ -27,52 +30,114 @@ class Recording(Uncopied):
             for snapshot in simulation.snapshots(times):
                 recording.add(snapshot)
 
-    The file appears under its name when the block ends, by an error, too: then it holds the snapshots made before.
-    Raises InputError for a path that cannot be, before anything is written.
+    The file appears under its name when the block ends. When it is left by an error or an interrupt, the snapshots so
+    far appear under that name if there was nothing before, else as `run.partial.npz`, and the error says so; without
+    snapshots nothing appears. What was there before is replaced by a whole recording only.
+    about: what the entry `about.json` says of the run, see `about_run`.
+    Raises InputError for a path that cannot be, before anything is written, and FilmError when writing fails.
     """
 
     _remedy = "make one in each process"
 
-    def __init__(self, path):
-        self.path = pathlib.Path(path)
+    def __init__(self, path, about: dict | None = None):
+        self.path = validate.path("Recording", "path", path)
+        self._about = validate.instance("Recording", "about", about or {}, dict, "give a dict")
         if self.path.suffix != ".npz":
             raise InputError(f"Recording: {str(self.path)!r} should end in .npz")
         if not self.path.parent.is_dir():
             raise InputError(f"Recording: the folder {str(self.path.parent)!r} does not exist; create it first")
+        if self.path.is_dir():
+            raise InputError(f"Recording: {str(self.path)!r} is a folder; give a file's name")
         self.count = 0
-        self._partial = self._file = None
+        self._part = self._file = None
 
     def __enter__(self) -> "Recording":
-        self._partial = self.path.with_name(f".{self.path.stem}-{secrets.token_hex(4)}.part")
-        self._file = zipfile.ZipFile(self._partial, "w", zipfile.ZIP_DEFLATED, compresslevel=1)
+        if self._file is not None:
+            raise FilmError(f"{self.path}: the recording is open already; give every `with` a fs.Recording of its own")
+        try:
+            self._part = files.Part(self.path)
+            self._file = zipfile.ZipFile(self._part.path, "w", zipfile.ZIP_DEFLATED, compresslevel=1)
+        except OSError as reason:
+            raise FilmError(f"{self.path}: cannot write here: {reason.strerror or reason}") from None
+        self.count = 0
         return self
 
     def add(self, snapshot: Snapshot) -> None:
         """Append a snapshot."""
+        if self._file is None:
+            raise FilmError(
+                f"{self.path}: the recording is not open; add inside `with fs.Recording(...) as recording:`"
+            )
+        validate.instance("Recording.add", "snapshot", snapshot, Snapshot, "give a fs.Snapshot")
+        entries = self._file.filelist
+        before = len(entries)
+        try:
+            self._add(snapshot)
+        except BaseException as error:
+            # Of a snapshot that is not whole nothing is to be found.
+            for entry in entries[before:]:
+                self._file.NameToInfo.pop(entry.filename, None)
+            del entries[before:]
+            if isinstance(error, OSError):
+                raise FilmError(f"{self.path}: writing failed: {error.strerror or error}") from None
+            raise
+        self.count += 1
+
+    def _add(self, snapshot):
         poses = [(*pose.position, *pose.rotation) for pose in snapshot.poses]
-        self._write("time", np.float64(snapshot.time))
-        self._write("poses", np.array(poses, dtype=float).reshape(-1, 7))
+        self._write(f"time/{self.count:06d}", np.float64(snapshot.time))
+        self._write(f"poses/{self.count:06d}", np.array(poses, dtype=float).reshape(-1, 7))
         for name in ("positions", "velocities"):
             for index, array in enumerate(getattr(snapshot, name)):
-                self._write(f"{name}/{index}", array)
+                self._write(f"{name}/{index}/{self.count:06d}", array)
         for index, (positions, rotations) in enumerate(snapshot.shape_poses or ()):
             turns = rotations if np.ndim(rotations) == 2 else list(map(quaternion.of_matrix, rotations))
-            self._write(f"shapes/{index}", np.hstack([positions, turns]))
-        self.count += 1
+            self._write(f"shapes/{index}/{self.count:06d}", np.hstack([positions, turns]))
 
     def _write(self, name, array):
         # Without a date, the same run is the same bytes.
-        entry = zipfile.ZipInfo(f"{name}/{self.count:06d}.npy")
+        entry = zipfile.ZipInfo(f"{name}.npy")
         entry.compress_type = zipfile.ZIP_DEFLATED
         with self._file.open(entry, "w", force_zip64=True) as target:
             np.lib.format.write_array(target, np.asarray(array, order="C"), allow_pickle=False)
 
-    def __exit__(self, *error):
+    def __exit__(self, kind, error, trace):
+        try:
+            kept = self._finished(whole=error is None)
+            if kept and error is not None:
+                count = "the snapshot" if self.count == 1 else f"the {self.count} snapshots"
+                files.say(error, f"{kept} keeps {count} made before")
+        except OSError as reason:
+            if error is None:
+                raise FilmError(f"{self.path}: writing failed, nothing is kept: {reason.strerror or reason}") from None
+        finally:
+            self._part.discard()
+            self._part = self._file = None
+
+    def _finished(self, whole):
+        """Close the file and let it appear; where, or None for a recording without snapshots."""
+        if self.count and self._about:
+            self._write("about.json", np.frombuffer(json.dumps(self._about).encode(), np.uint8))
         self._file.close()
-        if self.count:
-            os.replace(self._partial, self.path)
-        else:
-            self._partial.unlink(missing_ok=True)
+        if not self.count:
+            return None
+        if not whole:
+            return self._part.keep()
+        self._part.publish()
+        return self.path
+
+
+def about_run(scenario, fps: float) -> dict:
+    """What a recording says of its run: scenario and title, parameters, integrator, fps, duration and version."""
+    parameters = scenario.parameters
+    return {
+        "scenario": scenario.name,
+        "parameters": {k: v if isinstance(v, float | int | str | None) else str(v) for k, v in parameters.items()},
+        "integrator": str(scenario.integrator),
+        "fps": fps,
+        "duration": scenario.duration,
+        "fieldsim": importlib.metadata.version("fieldsim"),
+    }
 
 
 class Recorded:
@@ -95,6 +160,29 @@ class Recorded:
 
     def __reduce__(self):
         return Recorded, (self.path,)
+
+    @functools.cached_property
+    def about(self) -> dict:
+        """What is known of the run, see `about_run`; nothing for a recording that does not say."""
+        try:
+            about = json.loads(self._arrays["about.json"].tobytes())
+        except Exception:  # none, or not whole: it is a help only
+            return {}
+        return about if isinstance(about, dict) else {}
+
+    def differences(self, scenario) -> list[str]:
+        """Words on what the scenario has in another way than the run that was recorded: its name and parameters."""
+        known, words = self.about, []
+        if scenario.name and known.get("scenario") not in (None, "", scenario.name):
+            words.append(f"it is of the scenario {known['scenario']}, here it is {scenario.name}")
+        before = known.get("parameters")
+        if not scenario.name or not isinstance(before, dict):
+            return words
+        for name in sorted({*before, *scenario.parameters} - {"duration", "fps"}):
+            one, other = before.get(name, "not there"), scenario.parameters.get(name, "not there")
+            if one != other:
+                words.append(f"parameter {name} was {one}, here it is {other}")
+        return words
 
     def snapshot(self, index: int, world: World) -> Snapshot:
         """Snapshot `index` of the recorded `world`; InputError for a world of other bodies or particles."""

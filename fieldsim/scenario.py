@@ -5,6 +5,7 @@ import contextlib
 import contextvars
 import dataclasses
 import difflib
+import functools
 import inspect
 import linecache
 import pathlib
@@ -35,6 +36,7 @@ class Scenario:
     fps: frames per second; title: for the report, else the script's name.
     integrator: how particles and free bodies move: None for `Leapfrog()`, a splitting with its step such as
     `BlanesMoan6(0.05)`, `Radau()`, or "auto" for `Auto()`, which chooses; docs/motion.md says which when.
+    name, parameters: of the script that built it and of its `build`, for recordings; the command fills them in.
     """
 
     world: World = dataclasses.field(kw_only=False)
@@ -43,6 +45,8 @@ class Scenario:
     fps: float = 30.0
     integrator: Integrator | str | None = None
     title: str = ""
+    name: str = ""
+    parameters: dict = dataclasses.field(default_factory=dict)
 
     def __post_init__(self):
         for name, kind in (("world", World), ("camera", Camera)):
@@ -51,6 +55,9 @@ class Scenario:
         object.__setattr__(self, "integrator", integrator_of("Scenario", self.integrator))
         for name in ("duration", "fps"):
             object.__setattr__(self, name, validate.number("Scenario", name, getattr(self, name), above=0.0))
+        for name in ("title", "name"):
+            validate.text("Scenario", name, getattr(self, name))
+        validate.instance("Scenario", "parameters", self.parameters, dict, "give a dict")
 
     @property
     def shown(self) -> World:
@@ -127,7 +134,7 @@ def load(name: str):
         code = compile(path.read_bytes(), str(path), "exec")
     except SyntaxError as error:
         raise ScenarioError(f"{path}:{error.lineno}: syntax error: {error.msg}") from error
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError, MemoryError) as error:
         raise ScenarioError(f"{path} cannot be read as Python: {error}") from error
     # As `python script.py` does, so that a script finds its neighbours; under its name, as dataclasses need.
     if str(path.parent.resolve()) not in sys.path:
@@ -160,12 +167,40 @@ def being_loaded() -> bool:
 
 def call(build, values: dict) -> Scenario | Picture:
     """`build(**values)`; raises ScenarioError, naming the line of the script, when it fails or gives something else."""
-    path = inspect.getsourcefile(build) or "scenario"
+    path = source_of(build)
     with _told(path):
         scenario = build(**values)
     if not isinstance(scenario, Scenario | Picture):
-        raise ScenarioError(f"{_short(path)}: build returned {scenario!r}; return a fs.Scenario or a fs.Picture")
+        if inspect.iscoroutine(scenario):
+            scenario.close()
+        raise ScenarioError(
+            f"{_short(path)}: build returned {validate.shown(scenario)}; return a fs.Scenario or a fs.Picture"
+        )
+    if isinstance(scenario, Scenario) and not scenario.name:
+        object.__setattr__(scenario, "name", path.stem)
+        object.__setattr__(scenario, "parameters", _defaults(build) | values)
     return scenario
+
+
+def _defaults(build):
+    return {p.name: p.default for p in parameters(build) if not p.required}
+
+
+def source_of(build) -> pathlib.Path:
+    """The script that defines `build`."""
+    try:
+        return pathlib.Path(inspect.getsourcefile(_function_of(build)))
+    except TypeError:  # made in no file
+        return pathlib.Path("scenario.py")
+
+
+def _function_of(build):
+    """The function behind a `functools.partial`, an object that can be called, or a class."""
+    while isinstance(build, functools.partial):
+        build = build.func
+    if inspect.isclass(build):
+        return build
+    return build if inspect.isroutine(build) else type(build).__call__
 
 
 @contextlib.contextmanager
@@ -173,12 +208,25 @@ def _told(path):
     """Turn what a script raises into one message with the script's line."""
     try:
         yield
-    except Exception as error:
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
         frames = [f for f in traceback.extract_tb(error.__traceback__) if _same(f.filename, path)]
         where = f"{_short(path)}:{frames[-1].lineno} in {frames[-1].name}" if frames else _short(path)
         line = f"\n    {linecache.getline(frames[-1].filename, frames[-1].lineno).strip()}" if frames else ""
-        kind = "" if isinstance(error, FieldsimError) else f"{type(error).__name__}: "
-        raise ScenarioError(f"{where.removesuffix(' in <module>')}: {kind}{error}{line}") from error
+        raise ScenarioError(f"{where.removesuffix(' in <module>')}: {_words(error)}{line}") from error
+
+
+def _words(error):
+    """What an error says, in a few lines at most."""
+    if isinstance(error, SystemExit):
+        return f"the script ended itself, by sys.exit({validate.shown(error.code)}), before there was a film"
+    try:
+        text = str(error)
+    except Exception:
+        text = "an error without words"
+    text = text if len(text) <= 500 else f"{text[:500]} ..."
+    return text if isinstance(error, FieldsimError) else f"{type(error).__name__}: {text}"
 
 
 def _same(one, other):
@@ -199,8 +247,8 @@ def parameters(build) -> list[Parameter]:
     """
     try:
         signature = inspect.signature(build, eval_str=True)
-    except (NameError, TypeError, ValueError) as error:
-        raise ScenarioError(f"the signature of build cannot be read: {error}") from error
+    except Exception as error:  # annotations are code of the script's
+        raise ScenarioError(f"the signature of build cannot be read: {_words(error)}") from error
     text = "\n".join(_docstrings(build))
     return [
         Parameter(p.name, _kind(p), p.default, _help(text, p.name))
@@ -218,8 +266,9 @@ def description(build) -> str:
 
 
 def _docstrings(build):
-    script = getattr(build, "__globals__", {}).get("__doc__")
-    return [inspect.cleandoc(text) for text in (build.__doc__, script) if text]
+    function = _function_of(build)
+    script = getattr(function, "__globals__", {}).get("__doc__")
+    return [inspect.cleandoc(text) for text in (function.__doc__, script) if isinstance(text, str) and text]
 
 
 def _help_pattern(name):

@@ -1,6 +1,8 @@
 """The command line: every way in, every way to go wrong, and what is left on the disk afterwards."""
 
+import os
 import pathlib
+import re
 import signal
 import subprocess
 import sys
@@ -324,19 +326,198 @@ def test_a_full_disk_leaves_no_film(here):
     assert films(here) == ["p.png"]
 
 
-@pytest.mark.parametrize("signum", [signal.SIGINT, signal.SIGTERM])
-def test_an_interrupt_leaves_no_film_and_keeps_the_old_one(here, signum):
-    (here / "p.mp4").write_bytes(b"the old one")
-    with start("run", "planet", "--duration", 1e5, "--size", "64x36", "--out", "p.mp4") as process:
+# Runs that are ended
+
+# Goes on for hours; the file `going` says that there are some frames.
+SLOW = """
+    import pathlib
+    import time
+
+    import fieldsim as fs
+
+
+    def climb(t):
+        if t > 0.5:
+            pathlib.Path("going").touch()
+        time.sleep(0.01)
+        return (0, 0, 0.1 * t)
+
+
+    def build():
+        world = fs.World()
+        world.add_body(fs.Body(fs.Point((0, 0, 0)), surface=fs.Material(radius=0.5), motion=climb))
+        return fs.Scenario(world, fs.Camera((0, -5, 1)), duration=1e5, fps=10)
+"""
+
+
+def ended_by(signum, *arguments):
+    """(status, what was said) of the command, ended by a signal once it has some frames."""
+    with start(*arguments) as process:
         deadline = time.monotonic() + 300
-        while len(films(here)) < 2 and process.poll() is None and time.monotonic() < deadline:
+        while not os.path.exists("going") and process.poll() is None and time.monotonic() < deadline:
             time.sleep(0.05)
-        assert [name for name in films(here) if name.endswith(".part.mp4")]
-        time.sleep(0.5)
         process.send_signal(signum)
-        _, errors = process.communicate(timeout=60)
-    assert process.returncode == 130
-    assert errors.splitlines()[-1] == "fieldsim: interrupted; nothing was written"
+        _, errors = process.communicate(timeout=120)
+    os.remove("going")
+    return process.returncode, errors
+
+
+@pytest.mark.parametrize(
+    ("signum", "status"),
+    [(signal.SIGINT, 130), (signal.SIGTERM, 143), pytest.param(getattr(signal, "SIGHUP", None), 129)],
+)
+def test_an_interrupted_run_keeps_what_it_has_beside_what_there_was(here, signum, status):
+    (here / "scenarios" / "slow.py").write_text(textwrap.dedent(SLOW))
+    for name in ("p.gif", "p.npz"):
+        (here / name).write_bytes(b"the old one")
+    arguments = ("run", "slow", "--size", "32x18", "--quality", "draft", "--out", "p.gif", "--record", "p.npz")
+    code, errors = ended_by(signum, *arguments)
+    assert code == status
+    found = re.fullmatch(
+        r"fieldsim: interrupted; p\.partial\.npz keeps the (\d+) snapshots made before; "
+        r"p\.partial\.gif keeps the (\d+) frames made before",
+        errors.strip().splitlines()[-1],
+    )
     assert "Traceback" not in errors
-    assert films(here) == ["p.mp4"]
-    assert (here / "p.mp4").read_bytes() == b"the old one"
+    assert films(here) == ["p.gif", "p.npz", "p.partial.gif", "p.partial.npz"]
+    assert [(here / name).read_bytes() for name in ("p.gif", "p.npz")] == [b"the old one"] * 2
+    assert len(fs.Recorded("p.partial.npz")) == int(found[1]) >= 5
+    assert len(imageio.imread("p.partial.gif")) == int(found[2]) >= 5
+
+
+def test_an_interrupted_run_keeps_what_it_has_under_its_own_name(here):
+    (here / "scenarios" / "slow.py").write_text(textwrap.dedent(SLOW))
+    code, errors = ended_by(signal.SIGINT, "run", "slow", "--size", "32x18", "--out", "f/", "--quality", "draft")
+    assert code == 130
+    assert re.search(r"interrupted; f keeps the \d+ frames made before\n$", errors)
+    assert films(here) == ["f"]
+    assert (here / "f" / "frame_0004.png").exists()
+
+
+@pytest.mark.parametrize(
+    ("script", "words"),
+    [
+        ("import sys\nsys.exit(0)\ndef build(): pass", "bad.py:2: the script ended itself, by sys.exit(0)"),
+        ("import sys\ndef build(): sys.exit('no')", "bad.py:2 in build: the script ended itself, by sys.exit('no')"),
+        ("class Stop(BaseException): pass\ndef build(): raise Stop('now')", "bad.py:2 in build: Stop: now"),
+        ("class Odd(Exception):\n  def __str__(self): 1 / 0\ndef build(): raise Odd", "Odd: an error without words"),
+        ("def build(): raise ValueError('long ' * 10000)", "bad.py:1 in build: ValueError: long long"),
+        ("def build(): return [1] * 100000", "build returned [1, 1, 1, 1, 1, 1, ...]; return a fs.Scenario"),
+        ("async def build(): pass", "build returned <coroutine object build at "),
+        ("def build(x: 'nowhere'): pass", "the signature of build cannot be read: NameError"),
+        ("def build(x: '1 / 0'): pass", "the signature of build cannot be read: ZeroDivisionError"),
+    ],
+)
+def test_scripts_that_end_or_return_oddly_are_status_1(here, capsys, script, words):
+    (here / "scenarios" / "bad.py").write_text(script)
+    assert fieldsim("run", "bad", "--size", "8x8") == 1
+    told = capsys.readouterr().err
+    assert words in told
+    assert len(told) < 1000
+    assert films(here) == []
+
+
+def test_a_motion_that_ends_the_script_is_status_1_and_named(here, capsys):
+    script = textwrap.dedent(SLOW).replace("time.sleep(0.01)", "raise SystemExit(0) if t > 0.25 else None")
+    (here / "scenarios" / "bad.py").write_text(script.replace("raise SystemExit(0) if", "_ = exit(0) if"))
+    assert fieldsim("run", "bad", "--size", "8x8", "--out", "p.gif") == 1
+    told = capsys.readouterr().err
+    assert "bad.py" in told
+    assert "p.gif keeps the 3 frames made before" in told
+
+
+# What scripts call their parameters
+
+ODD = """
+    import functools
+    import fieldsim as fs
+
+
+    def made(*values, **named):
+        world = fs.World()
+        world.add_body(fs.Body(fs.Point((0, 0, 0)), surface=fs.Material(radius=0.5)))
+        scenario = fs.Scenario(world, fs.Camera((0, -5, 1)), duration=0.1, fps=10)
+        print("given", *values)
+        return scenario
+
+"""
+
+
+@pytest.mark.parametrize(
+    ("build", "arguments", "printed"),
+    [
+        ("def build(debug: bool = False): return made(debug)", (), "given False"),
+        ("def build(preview: bool = False): return made(preview)", ("--preview",), "given True"),
+        ("def build(out: str = 'x'): return made(out)", (), "given p.gif"),
+        ("def build(fps: int = 7): return made(fps)", ("--fps", 20), "given 20"),
+        ("def build(fps: int = 7): return made(fps)", (), "given 7"),
+        ("build = functools.partial(made, 2.0)", (), "given 2.0"),
+        (
+            "class Maker:\n    def __call__(self, x: float = 3.0): return made(x)\nbuild = Maker()",
+            ("--x", 4),
+            "given 4.0",
+        ),
+        ("build = lambda x=3: made(x)", ("--x", 5), "given 5"),
+        ("class build:\n    def __new__(cls, x: int = 6): return made(x)", (), "given 6"),
+    ],
+)
+def test_builds_of_every_kind(here, capsys, build, arguments, printed):
+    (here / "scenarios" / "odd.py").write_text(textwrap.dedent(ODD) + build)
+    assert fieldsim("run", "odd", "--size", "8x8", "--quality", "draft", "--out", "p.gif", *arguments) == 0
+    told = capsys.readouterr()
+    assert (told.err, told.out.splitlines()[0]) == ("", printed)
+
+
+@pytest.mark.parametrize(
+    ("build", "words"),
+    [
+        ("def build(help: bool = False): return made()", "parameter 'help' has the name of an option"),
+        ("def build(size: float = 1.0): return made()", "parameter 'size' has the name of an option"),
+        ("def build(integrator='x'): return made()", "parameter 'integrator' has the name of an option"),
+        ("def build(debug: float = 1.0): return made()", "parameter 'debug' has the name of an option"),
+        ("def build(x: bool = True, no_x: int = 1): return made()", "'x' and 'no_x' would both be the option --no-x"),
+    ],
+)
+def test_parameters_that_cannot_be_options_are_refused_by_name(here, capsys, build, words):
+    (here / "scenarios" / "odd.py").write_text(textwrap.dedent(ODD) + build)
+    assert fieldsim("run", "odd", "--out", "p.gif") == 1
+    told = capsys.readouterr().err
+    assert words in told
+    assert len(told.splitlines()) == 1
+    assert films(here) == []
+
+
+def test_a_required_parameter_that_shares_an_option_is_asked_for(here, capsys):
+    (here / "scenarios" / "odd.py").write_text(textwrap.dedent(ODD) + "def build(fps: int): return made(fps)")
+    assert fieldsim("run", "odd") == 2
+    assert "Missing option '--fps'" in capsys.readouterr().err
+    assert fieldsim("run", "odd", "--fps", 2.5) == 2
+    assert "--fps is 2.5; this scenario takes a whole number" in capsys.readouterr().err
+
+
+# Where it is said
+
+
+def test_a_reader_that_has_gone_is_no_failure(here):
+    with start("run", "planet", "--size", "8x8", "--quality", "draft", "--out", "p.gif", bufsize=0) as process:
+        process.stdout.close()
+        errors = process.stderr.read()
+    assert (process.returncode, errors) == (0, "")
+    assert films(here) == ["p.gif"]
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="/dev/full")
+def test_what_cannot_be_said_is_a_failure(here):
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "fieldsim", "info"], stdout=full, stderr=subprocess.PIPE, text=True
+        )
+    assert done.returncode == 1
+    assert done.stderr.startswith("fieldsim: ")
+    assert len(done.stderr.splitlines()) == 1
+
+
+def test_one_file_for_two_things_is_refused(here, capsys):
+    assert fieldsim("run", "planet", "--out", "p.png", "--energy-plot", "./p.png") == 2
+    assert "--out and --energy-plot are one file" in capsys.readouterr().err
+    assert films(here) == []

@@ -36,7 +36,18 @@ def test_import_leaves_out_what_only_some_need(name):
 
 
 # Who may import whom: each part knows those named, and the base; the base knows only itself.
-BASE = {"arrays", "copies", "errors", "validate", "files", "portable", "portable_rules", "launch", "kernel_cache"}
+BASE = {
+    "arrays",
+    "copies",
+    "errors",
+    "validate",
+    "files",
+    "interrupts",
+    "portable",
+    "portable_rules",
+    "launch",
+    "kernel_cache",
+}
 KNOWS = {
     "potentials": set(),
     "sampling": set(),

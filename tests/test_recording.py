@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import fieldsim as fs
+from fieldsim import scenario as scenarios
 
 
 def scenario(pebbles=5, fail_at=None):
@@ -47,10 +48,121 @@ def test_a_film_of_a_recording_is_that_of_the_run(tmp_path):
 
 
 def test_a_failed_run_keeps_its_snapshots(tmp_path):
-    with pytest.raises(fs.FieldsimError, match="keeps the"):
+    with pytest.raises(fs.FieldsimError, match=r"run\.npz keeps the 4 snapshots .*run\.gif keeps the 4 frames"):
         fs.film(scenario(fail_at=0.7), tmp_path / "run.gif", size=(16, 8), record=tmp_path / "run.npz")
     assert len(fs.Recorded(tmp_path / "run.npz")) == 4
     assert not list(tmp_path.glob(".*"))
+
+
+def test_a_failed_run_replaces_nothing(tmp_path):
+    options = {"size": (16, 8), "quality": "draft", "record": tmp_path / "run.npz"}
+    fs.film(scenario(), tmp_path / "run.gif", **options)
+    before = {path: path.read_bytes() for path in tmp_path.iterdir()}
+    with pytest.raises(fs.FieldsimError, match=r"run\.partial\.npz keeps the 4 .*run\.partial\.gif keeps the 4"):
+        fs.film(scenario(fail_at=0.7), tmp_path / "run.gif", **options)
+    assert {path: path.read_bytes() for path in before} == before
+    assert len(fs.Recorded(tmp_path / "run.partial.npz")) == 4
+    assert len(list(tmp_path.iterdir())) == 4
+
+
+def record(path, snapshots, error=None):
+    with fs.Recording(path) as recording:
+        for snapshot in snapshots:
+            recording.add(snapshot)
+        if error:
+            raise error
+
+
+@pytest.mark.parametrize("at", range(5))
+def test_a_snapshot_that_is_interrupted_is_left_out(tmp_path, monkeypatch, at):
+    world = scenario().world
+    made = [world.at(t) for t in (0.0, 0.1, 0.2)]
+    write, left = np.lib.format.write_array, [4 * 2 + at]
+
+    def interrupted(target, array, **options):
+        left[0] -= 1
+        if left[0] < 0:
+            target.write(b"torn")
+            raise KeyboardInterrupt
+        write(target, array, **options)
+
+    monkeypatch.setattr(np.lib.format, "write_array", interrupted)
+    with pytest.raises(KeyboardInterrupt) as raised:
+        record(tmp_path / "run.npz", made, KeyboardInterrupt())
+    count = 3 if at == 4 else 2
+    assert raised.value.__notes__ == [f"{tmp_path / 'run.npz'} keeps the {count} snapshots made before"]
+    with np.load(tmp_path / "run.npz") as arrays:
+        assert len(arrays.files) == 4 * count
+        assert all(len(np.atleast_1d(arrays[name])) for name in arrays.files)
+
+
+def test_a_full_disk_is_told_of(tmp_path, monkeypatch):
+    def full(*_, **__):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(np.lib.format, "write_array", full)
+    with pytest.raises(fs.FieldsimError, match=r"run\.npz: writing failed: No space left on device"):
+        record(tmp_path / "run.npz", [scenario().world.at(0.0)])
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_recording_is_entered_once_at_a_time_and_added_to_within(tmp_path):
+    recording = fs.Recording(tmp_path / "run.npz")
+    with pytest.raises(fs.FieldsimError, match="the recording is not open"):
+        recording.add(scenario().world.at(0.0))
+    with recording, pytest.raises(fs.FieldsimError, match="the recording is open already"):
+        recording.__enter__()
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_recording_tells_of_its_run_and_a_replay_of_what_differs(tmp_path):
+    def build(restitution: float = 0.5, seed: int = 1, duration: float = 1.0):
+        return scenario()
+
+    options = {"size": (16, 8), "quality": "draft"}
+    first = scenarios.call(build, {"restitution": 0.7})
+    fs.film(first, tmp_path / "run.gif", record=tmp_path / "run.npz", **options)
+    about = fs.Recorded(tmp_path / "run.npz").about
+    assert about["scenario"] == "test_recording"
+    assert about["parameters"] == {"restitution": 0.7, "seed": 1, "duration": 1.0}
+    assert (about["integrator"], about["fps"]) == ("Leapfrog(dt=0.01)", 5.0)
+    assert about["fieldsim"].startswith("0.")
+    options["replay"] = tmp_path / "run.npz"
+    fs.film(first, tmp_path / "run.gif", integrator=fs.Leapfrog(0.01), **options)
+    other = scenarios.call(build, {"seed": 3, "duration": 2.0})
+    with pytest.warns(fs.FieldsimWarning) as told:
+        fs.film(other, tmp_path / "run.gif", integrator=fs.Radau(), duration=4.0, **options)
+    (words,) = (str(one.message) for one in told)
+    assert "parameter restitution was 0.7, here it is 0.5; parameter seed was 1, here it is 3" in words
+    assert "integrator Radau(tolerance=1e-09) has no effect; it ends at time 0.8, before duration 4" in words
+    assert "parameter duration" not in words
+    object.__setattr__(other, "name", "other")
+    assert "scenario test_recording, here it is other" in fs.Recorded(tmp_path / "run.npz").differences(other)[0]
+
+
+def test_a_replay_goes_as_far_as_the_recording(tmp_path):
+    options = {"size": (16, 8), "quality": "draft"}
+    fs.film(scenario(), tmp_path / "run.gif", duration=2.0, record=tmp_path / "run.npz", **options)
+    for duration, count in ((None, 10), (0.5, 3)):
+        report = fs.film(scenario(), tmp_path / "a.gif", replay=tmp_path / "run.npz", duration=duration, **options)
+        assert report.frames == count
+
+
+def test_a_still_is_recorded_with_all_before_it(tmp_path):
+    fs.film(scenario(), tmp_path / "run.png", size=(16, 8), quality="draft", record=tmp_path / "run.npz")
+    assert len(fs.Recorded(tmp_path / "run.npz")) == 5
+    fs.film(scenario(), tmp_path / "last.png", size=(16, 8), quality="draft")
+    assert (tmp_path / "run.png").read_bytes() == (tmp_path / "last.png").read_bytes()
+
+
+def test_replaying_and_recording_one_file_is_refused(tmp_path):
+    fs.film(scenario(), tmp_path / "run.gif", size=(16, 8), quality="draft", record=tmp_path / "run.npz")
+    before = (tmp_path / "run.npz").read_bytes()
+    (tmp_path / "link.npz").symlink_to(tmp_path / "run.npz")
+    for other in ("run.npz", "link.npz"):
+        with pytest.raises(fs.InputError, match="record and replay are one file"):
+            fs.film(scenario(), tmp_path / "a.png", record=tmp_path / other, replay=tmp_path / "run.npz")
+    assert (tmp_path / "run.npz").read_bytes() == before
 
 
 def test_bad_recordings_are_refused(tmp_path):

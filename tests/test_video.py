@@ -1,5 +1,6 @@
 """Films: what is written can be read back; what fails leaves nothing behind."""
 
+import contextlib
 import pathlib
 import re
 import subprocess
@@ -120,21 +121,87 @@ def test_size_may_come_from_the_first_image(tmp_path):
     assert (film.size, film.frames) == ((6, 4), 1)
 
 
-@pytest.mark.parametrize("name", ["a.mp4", "a.gif", "a.png", "frames/", "shot_%04d.png"])
-@pytest.mark.parametrize("error", [KeyboardInterrupt, ValueError])
-def test_a_film_left_by_an_error_leaves_nothing(tmp_path, name, error):
-    with pytest.raises(error):
-        write_then(f"{tmp_path}/{name}", error)
+def pictures_of(folder, path):
+    """The frames in what was written, of 64x36."""
+    if path.endswith(".mp4"):
+        return read_mp4(folder / path, 64, 36)[0]
+    return imageio.imread(folder / path)
+
+
+@pytest.mark.parametrize("name", ["a.mp4", "a.gif"])
+@pytest.mark.parametrize("error", [KeyboardInterrupt, ValueError, SystemExit, InputError])
+def test_a_film_left_by_an_error_keeps_its_frames(tmp_path, name, error):
+    words = rf"{name} keeps the 3 frames made before"
+    with pytest.raises(error) as raised:
+        write_then(tmp_path / name, error("wrong"))
+    assert re.search(words, " ".join([str(raised.value), *getattr(raised.value, "__notes__", ())]))
+    assert names(tmp_path) == [name]
+    assert len(pictures_of(tmp_path, name)) == 3
+
+
+@pytest.mark.parametrize("name", ["a.mp4", "a.gif"])
+def test_what_is_left_of_a_film_replaces_nothing(tmp_path, name):
+    written(tmp_path / name)
+    before = (tmp_path / name).read_bytes()
+    partial, another = name.replace("a.", "a.partial."), name.replace("a.", "a.partial-2.")
+    for kept in (partial, another):
+        with pytest.raises(KeyboardInterrupt) as raised:
+            write_then(tmp_path / name, KeyboardInterrupt)
+        assert raised.value.__notes__ == [f"{tmp_path / kept} keeps the 3 frames made before"]
+        assert len(pictures_of(tmp_path, kept)) == 3
+    assert (tmp_path / name).read_bytes() == before
+    assert names(tmp_path) == sorted([name, partial, another])
+
+
+def test_what_is_left_of_a_film_does_not_replace_what_came_meanwhile(tmp_path):
+    def shoot():
+        with Film(tmp_path / "a.gif") as film:
+            film.write(next(frames(1, 8, 8)))
+            (tmp_path / "a.gif").write_bytes(b"another run's")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        shoot()
+    assert (tmp_path / "a.gif").read_bytes() == b"another run's"
+    assert names(tmp_path) == ["a.gif", "a.partial.gif"]
+
+
+@pytest.mark.parametrize(
+    ("name", "first", "beside"),
+    [
+        ("frames", "frames/frame_0000.png", "frames.partial/frame_0000.png"),
+        ("shot_%04d.png", "shot_0000.png", "shot.partial/shot_0000.png"),
+        ("%d.png", "0.png", "frames.partial/0.png"),
+    ],
+)
+def test_a_sequence_left_by_an_error_keeps_its_frames(tmp_path, name, first, beside):
+    (tmp_path / "frames").mkdir()
+    for kept in (first, beside):
+        with pytest.raises(KeyboardInterrupt) as raised:
+            write_then(tmp_path / name, KeyboardInterrupt)
+        found = sorted((tmp_path / kept).parent.glob("*.png"))
+        assert found[0] == tmp_path / kept
+        np.testing.assert_array_equal([imageio.imread(path) for path in found], list(frames(3, 64, 36)))
+        (note,) = raised.value.__notes__
+        assert note.endswith(" keeps the 3 frames made before")
+        assert str(pathlib.Path(kept).parent) in note
+    assert not list(tmp_path.glob(".*"))
+
+
+def test_a_still_left_by_an_error_leaves_nothing(tmp_path):
+    with pytest.raises(KeyboardInterrupt) as raised:
+        write_then(tmp_path / "a.png", KeyboardInterrupt)
+    assert not hasattr(raised.value, "__notes__")
     assert names(tmp_path) == []
 
 
-def test_a_failed_film_leaves_the_older_one(tmp_path):
-    written(tmp_path / "a.mp4")
-    before = (tmp_path / "a.mp4").read_bytes()
-    with pytest.raises(KeyboardInterrupt):
-        write_then(tmp_path / "a.mp4", KeyboardInterrupt)
-    assert (tmp_path / "a.mp4").read_bytes() == before
-    assert names(tmp_path) == ["a.mp4"]
+def test_a_film_is_entered_once_at_a_time(tmp_path):
+    film = Film(tmp_path / "a.gif")
+    with film:
+        with pytest.raises(FilmError, match="the film is open already"):
+            film.__enter__()
+        film.write(next(frames(1, 8, 8)))
+    assert names(tmp_path) == ["a.gif"]
 
 
 def test_a_dead_encoder_is_a_film_error(tmp_path):
@@ -174,6 +241,33 @@ def test_a_full_disk_is_a_film_error(tmp_path, name):
     assert len(done.stdout.splitlines()) == 1
     assert "writing failed, nothing is kept" in done.stdout
     assert "File too large" in done.stdout
+    assert names(tmp_path) == []
+
+
+def test_whole_pictures_of_a_sequence_survive_a_full_disk(tmp_path, monkeypatch):
+    def full(path, image):
+        path.write_bytes(b"torn")
+        if path.name == "2":
+            raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(sys.modules["fieldsim.render.video"], "_write_png", full)
+    with pytest.raises(FilmError, match=r"writing failed, .*frames keeps the 2 frames made before: No space left"):
+        written(f"{tmp_path}/frames/")
+    assert names(tmp_path / "frames") == ["frame_0000.png", "frame_0001.png"]
+    assert names(tmp_path) == ["frames"]
+
+
+def test_a_film_that_failed_takes_no_more_frames(tmp_path):
+    def shoot():
+        with Film(tmp_path / "a.mp4", (640, 360), 25) as film:
+            for image in frames(20, 640, 360):
+                with contextlib.suppress(FilmError):
+                    film.write(image)
+                if film._writer:
+                    film._writer.process.kill()
+
+    with pytest.raises(FilmError, match="signal 9"):
+        shoot()
     assert names(tmp_path) == []
 
 

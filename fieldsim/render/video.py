@@ -15,15 +15,13 @@ import fractions
 import os
 import pathlib
 import re
-import secrets
-import shutil
 import subprocess
 import tempfile
 import warnings
 
 import numpy as np
 
-from fieldsim import validate
+from fieldsim import files, validate
 from fieldsim.copies import Uncopied
 from fieldsim.errors import FieldsimWarning, FilmError, InputError
 
@@ -50,9 +48,12 @@ class Film(Uncopied):
                 film.write(fs.render(world.at(t), camera))
 
     path: where to; its ending says what (see above). size: (width, height) in pixels; None takes the first image's.
-    fps: frames per second. The file appears under its name when the block ends; when the block is left by an error or
-    an interrupt, nothing does. Raises InputError for a path that cannot be (before any frame is made) and FilmError
-    when writing fails, as on a full disk.
+    fps: frames per second. The file appears under its name when the block ends. When the block is left by an error or
+    an interrupt, the frames so far appear under that name if there was nothing before, else as `name.partial.mp4`
+    (pictures of a sequence in `name.partial/`), and the error says so; of a `name.png` nothing appears. What was there
+    before is replaced by a whole film only.
+    Raises InputError for a path that cannot be (before any frame is made) and FilmError when writing fails, as on a
+    full disk, which leaves whole pictures of a sequence only.
     """
 
     _remedy = "make one in each process"
@@ -68,7 +69,7 @@ class Film(Uncopied):
             raise InputError(f"{self.path}: the folder {str(self._target.parent)!r} does not exist; create it first")
         if self._format is not _Sequence and self._target.is_dir():
             raise InputError(f"{self.path}: this is a folder; give a file's name")
-        self._partial = self._writer = None
+        self._part = self._writer = self._failure = None
 
     @property
     def still(self) -> bool:
@@ -76,61 +77,84 @@ class Film(Uncopied):
         return self._format is _Picture
 
     def __enter__(self) -> "Film":
-        name = f".{self._target.stem}-{secrets.token_hex(4)}.part{self._target.suffix}"
-        self._partial = self._target.parent / name
+        if self._part is not None:
+            raise FilmError(f"{self.path}: the film is open already; give every `with` a fs.Film of its own")
         try:
-            self._format.reserve(self._partial)
+            self._part = files.Part(self._target, folder=self._format is _Sequence)
         except OSError as reason:
             raise FilmError(f"{self.path}: cannot write here: {reason.strerror or reason}") from None
+        self.frames, self._failure = 0, None
         return self
 
     def write(self, image) -> None:
         """Add a frame: an array (height, width, 3) of uint8."""
         image = np.asarray(image)
-        if self._partial is None:
-            raise FilmError(f"{self.path}: the film is not open; write inside `with fs.Film(...) as film:`")
+        if self._part is None:
+            raise self._failure or FilmError(
+                f"{self.path}: the film is not open; write inside `with fs.Film(...) as film:`"
+            )
         if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
             raise InputError(f"Film.write: the image has shape {image.shape} of {image.dtype}; give (H, W, 3) of uint8")
         size = image.shape[1], image.shape[0]
         if self.size not in (None, size):
             raise InputError(f"Film.write: the image is {size[0]}x{size[1]}, the film {self.size[0]}x{self.size[1]}")
         self.size = size
-        with self._failures():
+        try:
             if self._writer is None:
-                self._writer = self._format(self._partial, size, self.fps)
+                self._writer = self._format(self._part.path, size, self.fps)
             self._writer.write(image)
+        except OSError as reason:
+            raise self._failed(reason) from None
         self.frames += 1
 
     def __exit__(self, kind, error, trace):
         try:
-            if kind is None:
-                if self._writer is None:
-                    raise FilmError(f"{self.path}: no frame was written")
-                with self._failures():
-                    self._writer.finish()
-                    self._writer.publish(self._target)
+            if error is not None:
+                kept = self._kept()
+                if kept:
+                    files.say(error, kept)
+            elif self._failure is not None:
+                raise self._failure
+            elif self._writer is None:
+                raise FilmError(f"{self.path}: no frame was written")
+            else:
+                self._finish()
         finally:
-            if self._writer is not None:
-                self._writer.abandon()
-            _remove(self._partial)
-            self._partial = self._writer = None
+            self._close()
 
-    def _failures(self):
-        return _Failures(self.path)
+    def _finish(self):
+        try:
+            self._writer.finish()
+            self._writer.publish(self._part)
+        except OSError as reason:
+            raise self._failed(reason) from None
 
+    def _failed(self, reason):
+        """The error for a write that failed, after which the film is closed."""
+        kept = self._kept() or "nothing is kept"
+        self._failure = FilmError(f"{self.path}: writing failed, {kept}: {reason.strerror or reason}")
+        self._close()
+        return self._failure
 
-class _Failures:
-    """Turns OSError into FilmError with the film's name."""
+    def _kept(self):
+        """Keep the frames so far under a name that is free; words on them, "" where there are none."""
+        if self._part is None or not self.frames or self.still:
+            return ""
+        try:
+            self._writer.finish()
+            name = self._writer.keep(self._part)
+        except OSError:
+            return ""
+        count = "the frame" if self.frames == 1 else f"the {self.frames} frames"
+        return f"{name} keeps {count} made before"
 
-    def __init__(self, path):
-        self.path = path
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, kind, error, trace):
-        if isinstance(error, OSError):
-            raise FilmError(f"{self.path}: writing failed, nothing is kept: {error.strerror or error}") from None
+    def _close(self):
+        """Let go of what is open, and remove what has not appeared."""
+        if self._writer is not None:
+            self._writer.abandon()
+        if self._part is not None:
+            self._part.discard()
+        self._part = self._writer = None
 
 
 class _Encoded:
@@ -138,10 +162,6 @@ class _Encoded:
 
     options = ()
     even = False
-
-    @staticmethod
-    def reserve(partial):
-        partial.touch(exist_ok=False)
 
     def __init__(self, partial, size, fps):
         import imageio_ffmpeg
@@ -187,8 +207,11 @@ class _Encoded:
         ended = f"was killed by signal {-status}" if status < 0 else f"ended with status {status}"
         return "ffmpeg says: " + "; ".join(lines[-2:]) if lines else f"ffmpeg {ended}"
 
-    def publish(self, target):
-        os.replace(self.partial, target)
+    def publish(self, part):
+        part.publish()
+
+    def keep(self, part):
+        return part.keep()
 
     def abandon(self):
         if self.process.poll() is None:
@@ -214,7 +237,6 @@ class _Gif(_Encoded):
 class _Picture:
     """The last frame as one PNG."""
 
-    reserve = _Encoded.reserve
     publish = _Encoded.publish
 
     def __init__(self, partial, size, fps):
@@ -234,10 +256,6 @@ class _Picture:
 class _Sequence:
     """Numbered PNGs, made in a folder of their own and moved to their places at the end."""
 
-    @staticmethod
-    def reserve(partial):
-        partial.mkdir()
-
     def __init__(self, partial, size, fps):
         self.partial = partial
         self.count = 0
@@ -249,20 +267,43 @@ class _Sequence:
     def finish(self):
         pass
 
-    def publish(self, target):
-        pattern = target if "%" in target.name else target / "frame_%04d.png"
-        pattern.parent.mkdir(exist_ok=True)
+    def publish(self, part):
+        target = part.target
+        if not _is_pattern(target):
+            target.mkdir(exist_ok=True)
         for index in range(self.count):
-            os.replace(self.partial / str(index), pattern.parent / (pattern.name % index))
-        if (pattern.parent / (pattern.name % self.count)).exists():
+            os.replace(self.partial / str(index), _frame(target, index))
+        after = _frame(target, self.count)
+        if after.exists():
             warnings.warn(
-                f"{pattern}: frames of a longer film remain, from {pattern.name % self.count} on",
-                FieldsimWarning,
-                stacklevel=4,
+                f"{target}: frames of a longer film remain, from {after.name} on", FieldsimWarning, stacklevel=5
             )
+
+    def keep(self, part):
+        """Where the frames went: under their own names if none of them was taken, else into a new folder beside."""
+        target = part.target
+        if any(os.path.lexists(_frame(target, index)) for index in range(self.count)):
+            name = target.name.partition("%")[0].rstrip("_-. ") or "frames"
+            folder = files.new_folder(target.with_name(name))
+            target = folder / target.name if _is_pattern(target) else folder
+        elif not _is_pattern(target):
+            target.mkdir(exist_ok=True)
+        for index in range(self.count):
+            if not files.claim(self.partial / str(index), _frame(target, index)):
+                raise FileExistsError(f"{_frame(target, index)} has just appeared")
+        return target
 
     def abandon(self):
         pass
+
+
+def _is_pattern(target):
+    return "%" in target.name
+
+
+def _frame(target, index):
+    """Where a frame of a sequence goes: target is a pattern such as name_%04d.png, or a folder."""
+    return target.with_name(target.name % index) if _is_pattern(target) else target / f"frame_{index:04d}.png"
 
 
 def _write_png(path, image):
@@ -270,13 +311,6 @@ def _write_png(path, image):
 
     # Into memory first: an encoder that meets a full disk can leave a half-written file without a word.
     path.write_bytes(imageio.imwrite("<bytes>", image, extension=".png"))
-
-
-def _remove(path):
-    if path.is_dir():
-        shutil.rmtree(path, ignore_errors=True)
-    else:
-        path.unlink(missing_ok=True)
 
 
 def _format_of(path):

@@ -166,7 +166,8 @@ def step_and_leave(forces):
 
 @pytest.mark.parametrize("native", [True, False])
 @pytest.mark.parametrize(("name", "value"), [("body_inertia", np.nan), ("body_mass", -1.0), ("geom_size", np.nan)])
-def test_numbers_that_cannot_be_are_refused(name, value, native):
+def test_numbers_that_cannot_be_are_refused(name, value, native, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # MuJoCo writes a log where it works
     model, data = started()
     forces = fs.mujoco.FieldForces(model, data, SURFACE, contact=LAW, native=native)
     array = getattr(model, name)

@@ -1,15 +1,17 @@
 """FieldForces: a MuJoCo model in fields of this package."""
 
 import contextlib
+import functools
 import warnings
 import weakref
 
 import mujoco
 import numpy as np
 
+from fieldsim import validate
 from fieldsim.copies import Uncopied, shallow
 from fieldsim.errors import FieldsimWarning, InputError
-from fieldsim.mujoco import callback, checks, layout
+from fieldsim.mujoco import callback, checks, layout, sensors
 from fieldsim.mujoco.act import actor
 from fieldsim.mujoco.balls import Contact, body_balls, longest_step, slope_of
 from fieldsim.mujoco.contact import WIDTH
@@ -18,6 +20,7 @@ from fieldsim.mujoco.points import equal_points, geom_points
 from fieldsim.mujoco.sums import LENGTHS
 from fieldsim.mujoco.tables import Plan, Table, renewed, sources_of, views_of
 from fieldsim.mujoco.watch import Watch, names_of
+from fieldsim.potentials.field import Field
 from fieldsim.world.body import Body
 
 ACCURACIES = ("points", "geoms", "torque")
@@ -47,6 +50,10 @@ class FieldForces(Uncopied):
     step): the next stage of a step sees it, as does every question; vertices of meshes are seen by questions, and
     when entered, or after `refresh()`. Of a body with gravcomp that share of the field's gravity is compensated.
 
+    To MuJoCo the field is a passive force: `mujoco.mj_inverse` takes it off as it does springs, but data.energy, the
+    bias forces of `mj_rne` and some sensors leave it out. `energy()` has all energies, `readings()` what sensors read;
+    a FieldsimWarning names the sensors (see `sensors`).
+
     Raises InputError for what cannot be (see `checks`), when made or when entered. What was there as MuJoCo's callback
     runs first, and is put back at the end.
     """
@@ -70,7 +77,8 @@ class FieldForces(Uncopied):
             raise InputError(f"FieldForces: accuracy is {accuracy!r}; give one of {', '.join(map(repr, ACCURACIES))}")
         self.model, self.data = model, data
         self.sources = sources_of(sources)
-        self._chosen, self.bodies = bodies, checks.bodies(model, bodies)
+        self._chosen, self._weighing = bodies, False
+        self.bodies = checks.bodies(model, bodies)
         self.accuracy, self.contact, self.keep_gravity, self.native = accuracy, contact, keep_gravity, native
         checks.gravity(model, keep_gravity)
         checks.numbers(model, contact is not None or accuracy == "geoms")
@@ -81,6 +89,7 @@ class FieldForces(Uncopied):
         self._watch = Watch(model, names_of(accuracy, contact is not None), timestep=contact is not None)
         self._plan = self._planned()
         self._failure, self._outgrown = None, []
+        sensors.warn(model, contact is not None)
         self._own_gravity = None
         self._kind = accuracy != "torque", contact is not None
         self._act = actor(*self._kind, native)
@@ -125,7 +134,7 @@ class FieldForces(Uncopied):
             np.cumsum([0, *model.body_dofnum], dtype=np.int64),
             model.body_mass,
             model.body_inertia,
-            model.body_gravcomp,
+            np.zeros(model.nbody) if self._weighing else model.body_gravcomp,
             _firsts(points),
             np.concatenate([np.zeros((0, 4)), *points]),
             _firsts(balls),
@@ -153,7 +162,11 @@ class FieldForces(Uncopied):
         if not self.contact:
             return [np.zeros((0, WIDTH))] * len(self.bodies)
         radius = min(material.radius for material in self._materials)
-        return [body_balls(self.model, body, self.contact, radius) for body in self.bodies]
+        moves = checks.last_dofs(self.model)[self.bodies] >= 0
+        return [
+            body_balls(self.model, body, self.contact, radius) if free else np.zeros((0, WIDTH))
+            for body, free in zip(self.bodies, moves, strict=True)
+        ]
 
     def refresh(self) -> None:
         """See numbers of the model that were changed; steps, questions and entering do so by themselves.
@@ -165,7 +178,7 @@ class FieldForces(Uncopied):
 
     def _renew(self):
         checks.numbers(self.model, self.contact is not None or self.accuracy == "geoms")
-        self.bodies = checks.bodies(self.model, self._chosen)
+        self.bodies = self._those_that_feel()
         old, self._plan = self._plan, renewed(self._plan, self._planned())
         # Another thread may be at work on them.
         self._outgrown += [a for a, b in zip(old, self._plan, strict=True) if a is not b]
@@ -177,6 +190,11 @@ class FieldForces(Uncopied):
         self._failure = None
         if callback.active(self):
             self._warn_of_long_steps()
+
+    def _those_that_feel(self):
+        if self._weighing and self._chosen is None:
+            return np.flatnonzero(self.model.body_mass > 0.0).astype(np.int64)
+        return checks.bodies(self.model, self._chosen)
 
     # As a context
 
@@ -296,6 +314,60 @@ class FieldForces(Uncopied):
         found = self._surveyed(data)
         kinetic, own = own_energies(self.model, self._scratch)
         return ModelEnergy(data.time, kinetic, own, float(found[:, 6].sum()), float(found[:, 7].sum()))
+
+    def readings(self, data=None) -> np.ndarray:
+        """What the model's sensors read (nsensordata,) now, with the field as gravity, as `mujoco.mj_forward` would.
+
+        Accelerometers and the linear accelerations of frames have the field's at their place taken off, force and
+        torque sensors its pull and its surfaces' push on what they hold; a potential energy counts both. Sensors
+        that cannot be corrected (see the warning) read what MuJoCo gives. mj_step leaves in data.sensordata what
+        was read at its beginning. With `bodies` given, sensors on others read without the field.
+        """
+        return sensors.readings(self, self._own(data), self._sensed)
+
+    @functools.cached_property
+    def _sensed(self):
+        return mujoco.MjData(self.model)
+
+    def gravity_at(self, points, time: float | None = None) -> np.ndarray:
+        """Accelerations (N, 3) by the field's gravity at points (N, 3) of the world, at data.time unless told."""
+        points = validate.points("FieldForces.gravity_at", "points", points)
+        if not len(self._gravity):
+            return np.zeros_like(points)
+        time = self.data.time if time is None else validate.number("FieldForces.gravity_at", "time", time)
+        return Field.of_elements(self._gravity.elements(time)).gradient(points)
+
+    def felt_by(self, body: int) -> bool:
+        """Whether a body, or what is fixed to it, feels the field; unless chosen, every one does."""
+        welds = self.model.body_weldid
+        return self._chosen is None or bool(np.any(welds[self.bodies] == welds[body]))
+
+    def hanging(self, data) -> np.ndarray:
+        """Torque and force (nbody, 6) of field and contact on each body and all that hangs on it.
+
+        World frame, about the centre of mass of the whole tree, as MuJoCo's cfrc_int; what gravcomp compensates counts.
+        """
+        whole, model = self._whole, self.model
+        found = whole._surveyed(data)
+        total = np.zeros((model.nbody, 6))
+        arms = data.xipos[whole.bodies] - data.subtree_com[model.body_rootid[whole.bodies]]
+        total[whole.bodies, :3] = found[:, 3:6] + np.cross(arms, found[:, :3])
+        total[whole.bodies, 3:] = found[:, :3]
+        for body in range(model.nbody - 1, 0, -1):
+            total[model.body_parentid[body]] += total[body]
+        return total
+
+    @functools.cached_property
+    def _whole(self):
+        """The same forces on all that has mass, also where it is fixed or compensated: its weight."""
+        whole = shallow(self)
+        whole._weighing, whole.bodies = True, None
+        whole._watch = Watch(self.model, names_of(self.accuracy, self.contact is not None), timestep=False)
+        whole.bodies = whole._those_that_feel()
+        whole._plan = whole._planned()
+        if self.native:
+            whole._prepare(self.data)
+        return whole
 
     def _own(self, data):
         if data is None:

@@ -27,6 +27,7 @@ def state_of(model, data) -> np.ndarray:
 def rollout(forces, starts, steps: int, *, controls=None, threads: int | None = None):
     """States (worlds, steps, state) and sensors (worlds, steps, sensors) of many runs of forces.model.
 
+    Sensors are MuJoCo's own: to some of them the field is a push (see `FieldForces.readings`).
     starts (worlds, state): see `state_of`; controls (worlds or 1, steps or 1, nu). threads: all cores unless told. The
     forces may be active already. Raises InputError for what does not fit, and for forces that need Python (functions of
     time, native=False, or a callback of Python's that was there before): threads would queue for its lock.

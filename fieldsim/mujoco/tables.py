@@ -113,10 +113,11 @@ class _Part:
 
     def placed(self, time):
         """Its elements in the world's frame; of one that spins, in its own."""
-        local = self.elements(time)
-        if self.spins:
-            return local
-        pose = pose_at(self.motion, time)
+        return self.elements(time) if self.spins else self.in_world(time)
+
+    def in_world(self, time):
+        """Its elements in the world's frame, also of one that spins."""
+        local, pose = self.elements(time), pose_at(self.motion, time)
         return dataclasses.replace(local, rows=cells.place(local.rows, pose.matrix, np.array(pose.position)))
 
     def twist(self, time):
@@ -141,6 +142,7 @@ class Table:
         self.role = role
         parts = [part for part in (_part(source, role) for source in sources) if part and len(part.elements(time))]
         # What neither moves nor needs Python, as one group; then what spins; then what is renewed.
+        self._parts = parts
         still = [part for part in parts if not (part.spins or part.timed)]
         spinning = [part for part in parts if part.spins]
         self._timed = [part for part in parts if part.timed]
@@ -160,6 +162,10 @@ class Table:
     def timed(self) -> bool:
         """Whether some rows are functions of time that only Python knows."""
         return bool(self._timed)
+
+    def elements(self, time: float):
+        """All of them in the world's frame at `time`."""
+        return cells.concatenate([part.in_world(time) for part in self._parts])
 
     def _bounded(self, rows, kinds):
         """Rows with their reach where contact needs it."""

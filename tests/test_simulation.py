@@ -114,8 +114,9 @@ def test_sets_that_do_not_collide_move_as_in_a_world_without_surfaces():
 )
 def test_a_spin_a_function_of_time_and_a_moving_skeleton_are_the_same_motion(body):
     spun = Body(Segment((-1, 0, 0), (1, 0, 0)), gravity=Newtonian(), motion=Spin(rate=0.6))
-    expected, _ = end_of(world_of(spun), 1e-2, 3.0)
-    x, _ = end_of(world_of(body), 1e-2, 3.0)
+    # Beside the rod's end: on it, where the potential is infinite, no motion is defined.
+    expected, _ = end_of(world_of(spun, positions=[(1.1, 0, 0)]), 1e-2, 3.0)
+    x, _ = end_of(world_of(body, positions=[(1.1, 0, 0)]), 1e-2, 3.0)
     np.testing.assert_allclose(x, expected, atol=1e-12)
 
 

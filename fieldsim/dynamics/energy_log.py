@@ -1,11 +1,13 @@
 """How well a run keeps what it ought to: each particle's invariant, and the totals of what moves together."""
 
 import dataclasses
+import math
 import warnings
 
 import numpy as np
 
 from fieldsim.copies import Uncopied
+from fieldsim.dynamics.bare import particle_name
 from fieldsim.dynamics.diagnostics import acting, changing, common_spin, energy, jacobi, repels
 from fieldsim.dynamics.integrators import Splitting
 from fieldsim.dynamics.totals import BODIES, Drift, totals_of
@@ -136,7 +138,9 @@ class EnergyLog(Uncopied):
                 self._warn_of_total(total)
         if not self.judging:
             return
-        drift = np.where(self._judged, np.abs(self._values() - self._start) / self._scale, 0.0)
+        with np.errstate(all="ignore"):  # what is on a bare source just now has an infinite potential
+            drift = np.abs(self._values() - self._start) / self._scale
+        drift = np.where(self._judged, np.nan_to_num(drift, nan=math.inf, posinf=math.inf), 0.0)
         if drift.max() > LOST:
             self._warn_of_particle(drift)
         drift = drift[self._judged]
@@ -148,8 +152,6 @@ class EnergyLog(Uncopied):
 
     def _warn_of_particle(self, drift):
         worst = int(np.argmax(drift))
-        sizes = [len(particles) for particles in self._simulation.world.particles]
-        index = int(np.searchsorted(np.cumsum(sizes), worst, side="right"))
         if isinstance(self._simulation.integrator, Splitting):
             cause, remedy = "steps are too long for what it passes closely", "a shorter dt"
             last = ", soften the body's gravity, or use fs.Radau()"
@@ -158,7 +160,7 @@ class EnergyLog(Uncopied):
             last = ", or soften the body's gravity"
         self._warn(
             "particle",
-            f"the {self.invariant} of particle {worst - sum(sizes[:index])} of set {index}",
+            f"the {self.invariant} of {particle_name(self._simulation.world.particles, worst)}",
             f"{drift[worst]:.1e}",
             f"{cause}; give {self._simulation.integrator} {remedy}{last}",
         )

@@ -11,6 +11,7 @@ import warp as wp
 
 from fieldsim.arrays import kept, read_only
 from fieldsim.copies import Uncopied
+from fieldsim.dynamics.bare import refuse_bodies_on_sources
 from fieldsim.dynamics.refusals import refuse_method
 from fieldsim.dynamics.rigid_body import FreeBody, free_body, log_slope
 from fieldsim.dynamics.rigid_start import refuse_overlaps, refuse_unequal_pulls
@@ -46,8 +47,9 @@ class FreeBodies(Uncopied):
         # Without stiffness at first: the energy of the start decides on it.
         self._shells = shells_of(self.starts, [0.0] * len(self))
         refuse_unequal_pulls(self.starts)
-        free = [start.index for start in self.starts]
-        refuse_overlaps(world, self.starts, world.at(time).poses, time, free)
+        poses = world.at(time).poses
+        refuse_overlaps(world, self.starts, poses, time, [start.index for start in self.starts])
+        refuse_bodies_on_sources(world, poses, time, self.starts)
         budget = self.kinetic_energies.sum() + abs(self.potential_energy())
         surfaces = [body.surface.at(time) for body in world.bodies if body.surface is not None]
         gentlest = min(map(log_slope, surfaces), default=0.0)
@@ -111,7 +113,7 @@ class FreeBodies(Uncopied):
 
     def _refuse_nonsense(self):
         x, p, spin = self._state.x.numpy(), self._state.p.numpy(), self._state.spin.numpy()
-        bad = np.flatnonzero(~np.isfinite(x + p + spin).all(axis=1))
+        bad = np.flatnonzero(~np.isfinite([x, p, spin]).all(axis=(0, 2)))
         if bad.size:
             start = self.starts[bad[0]]
             raise FieldsimError(

@@ -11,6 +11,7 @@ from fieldsim import validate
 from fieldsim.arrays import kept
 from fieldsim.copies import Uncopied
 from fieldsim.dynamics.auto import Auto, Choice, choose, integrator_of
+from fieldsim.dynamics.bare import refuse_particles_on_sources
 from fieldsim.dynamics.events import Events, balls_of, events_of
 from fieldsim.dynamics.integrators import moments
 from fieldsim.dynamics.mutual import MutualGravity
@@ -56,11 +57,6 @@ class Simulation(Uncopied):
         self.choice: Choice | None = None
         self.integrator = integrator_of("Simulation", integrator)
         refuse_mixture("Simulation", world)
-        if isinstance(self.integrator, Auto):
-            options = {"time": self.time, "device": device, "threads": threads}
-            self.choice = choose(self.integrator, world, self.time, functools.partial(Simulation, **options))
-            self.integrator = self.choice.integrator
-        refuse_method("Simulation", self.integrator, world)
         self._steps_done = 0
         self._watchers = []
         self._free = FreeBodies(world, self.time)
@@ -79,6 +75,12 @@ class Simulation(Uncopied):
         self._balls = balls_of(world.particles, world.escape_radius, grain, kept, self.device)
         if self._surfaces:
             self._release()
+        refuse_particles_on_sources(world, world.at(self.time).poses, self.time, self.positions)
+        if isinstance(self.integrator, Auto):
+            options = {"time": self.time, "device": device, "threads": threads}
+            self.choice = choose(self.integrator, world, self.time, functools.partial(Simulation, **options))
+            self.integrator = self.choice.integrator
+        refuse_method("Simulation", self.integrator, world)
         self.radau = None
         if isinstance(self.integrator, Radau):
             start = self._state.x, self._state.v, self.time
@@ -182,7 +184,7 @@ class Simulation(Uncopied):
 
     def _refuse_nonsense(self):
         for index, (x, v) in enumerate(zip(self.positions, self.velocities, strict=True)):
-            bad = np.flatnonzero(~np.isfinite(x + v).all(axis=1))
+            bad = np.flatnonzero(~np.isfinite([x, v]).all(axis=(0, 2)))
             if bad.size:
                 finer = "" if self.radau else ", or shorten dt"
                 raise FieldsimError(

@@ -16,6 +16,7 @@ import zipfile
 import numpy as np
 
 from fieldsim import files, validate
+from fieldsim.archive import Archive
 from fieldsim.copies import Uncopied
 from fieldsim.errors import FilmError, InputError
 from fieldsim.world import quaternion
@@ -140,20 +141,25 @@ def about_run(scenario, fps: float) -> dict:
     }
 
 
+def _told(value):
+    """A parameter's value in a message, which may come from any file."""
+    return str(value)[:100]
+
+
 class Recorded:
-    """A recording that was written: len() snapshots, `times` (T,), and `snapshot(index, world)`."""
+    """A recording that was written: len() snapshots, `times` (T,), and `snapshot(index, world)`.
+
+    about: what is known of the run, see `about_run`; nothing for a recording that does not say. The file is read without
+    trust: InputError, naming it, for one that is damaged, cut off or not as `Recording` writes them.
+    """
 
     def __init__(self, path):
-        self.path = pathlib.Path(path)
-        try:
-            self._arrays = np.load(self.path, allow_pickle=False)
-            names = self._arrays.files
-        except (OSError, ValueError, AttributeError, zipfile.BadZipFile) as reason:
-            raise InputError(f"{str(self.path)!r} cannot be read as a recording: {reason}") from None
-        count = sum(name.startswith("time/") for name in names)
-        if not count:
-            raise InputError(f"{str(self.path)!r} is no recording: it has no snapshots")
-        self.times = np.array([self._arrays[f"time/{index:06d}"] for index in range(count)])
+        self.path = validate.path("Recorded", "path", path)
+        self._archive = Archive(self.path)
+        self.times = np.array([self._archive.numbers("time", index) for index in range(self._archive.count)])
+        if (np.diff(self.times) < 0.0).any():
+            raise self._archive.damaged("has times that go back")
+        self.about = self._archive.facts("about.json")
 
     def __len__(self) -> int:
         return len(self.times)
@@ -161,59 +167,54 @@ class Recorded:
     def __reduce__(self):
         return Recorded, (self.path,)
 
-    @functools.cached_property
-    def about(self) -> dict:
-        """What is known of the run, see `about_run`; nothing for a recording that does not say."""
-        try:
-            about = json.loads(self._arrays["about.json"].tobytes())
-        except Exception:  # none, or not whole: it is a help only
-            return {}
-        return about if isinstance(about, dict) else {}
-
     def differences(self, scenario) -> list[str]:
         """Words on what the scenario has in another way than the run that was recorded: its name and parameters."""
         known, words = self.about, []
         if scenario.name and known.get("scenario") not in (None, "", scenario.name):
-            words.append(f"it is of the scenario {known['scenario']}, here it is {scenario.name}")
+            words.append(f"it is of the scenario {_told(known['scenario'])}, here it is {scenario.name}")
         before = known.get("parameters")
         if not scenario.name or not isinstance(before, dict):
             return words
         for name in sorted({*before, *scenario.parameters} - {"duration", "fps"}):
             one, other = before.get(name, "not there"), scenario.parameters.get(name, "not there")
             if one != other:
-                words.append(f"parameter {name} was {one}, here it is {other}")
+                words.append(f"parameter {name} was {_told(one)}, here it is {_told(other)}")
         return words
 
     def snapshot(self, index: int, world: World) -> Snapshot:
         """Snapshot `index` of the recorded `world`; InputError for a world of other bodies or particles."""
-        poses = self._arrays[f"poses/{index:06d}"]
-        sets = [self._sets(name, index, world) for name in ("positions", "velocities")]
-        if len(poses) != len(world.bodies):
-            raise InputError(
-                f"{str(self.path)!r} is of {len(poses)} bodies, the world has {len(world.bodies)}; "
-                "give the world that was recorded, with the same parameters"
-            )
-        placed = tuple(Pose(tuple(row[:3]), tuple(row[3:])) for row in poses)
-        return Snapshot(world, float(self.times[index]), placed, *sets, self._shapes(index, world))
+        index = validate.whole("Recorded.snapshot", "index", index, at_least=0, at_most=len(self) - 1)
+        validate.instance("Recorded.snapshot", "world", world, World, "give the World that was recorded")
+        self._refuse_other(world)
+        poses, shapes = (self._placed(kind, index) for kind in ("poses", "shapes"))
+        sets = (self._archive.all_numbers(kind, index) for kind in ("positions", "velocities"))
+        placed = tuple(Pose(tuple(row[:3]), tuple(row[3:])) for row in poses[0])
+        return Snapshot(
+            world, float(self.times[index]), placed, *sets, tuple((rows[:, :3], rows[:, 3:]) for rows in shapes) or None
+        )
 
-    def _shapes(self, index, world):
-        """Positions and quaternions of the groups of shapes, None where their motions say."""
-        names = (f"shapes/{number}/{index:06d}" for number in range(len(world.shapes)))
-        found = [self._arrays[name] for name in names if name in self._arrays]
-        return tuple((rows[:, :3], rows[:, 3:]) for rows in found) or None
+    def _placed(self, kind, index):
+        """Places and turns of an entry of that kind after the other, (N, 7) each."""
+        found = self._archive.all_numbers(kind, index)
+        if any((rows[:, 3:] == 0.0).all(axis=1).any() for rows in found):
+            raise self._archive.damaged(f"has turns of length 0 in snapshot {index}")
+        return found
 
-    def _sets(self, name, index, world):
-        arrays = []
-        for number, particles in enumerate(world.particles):
-            key = f"{name}/{number}/{index:06d}"
-            array = self._arrays[key] if key in self._arrays else np.zeros((0, 3))
-            if len(array) != len(particles):
+    def _refuse_other(self, world):
+        """Raise InputError for a world of other bodies, particles or shapes."""
+        rows = self._archive.rows
+        sets, shapes = self._archive.sets("positions"), self._archive.sets("shapes")
+        counts = [("bodies", rows["poses"], len(world.bodies))]
+        counts += [("sets of particles", len(sets), len(world.particles))]
+        counts += [("groups of shapes", len(shapes), len(world.shapes))] if shapes else []
+        parts = zip(sets, world.particles, strict=False)
+        counts += [(f"particles in set {k}", rows[name], len(p)) for k, (name, p) in enumerate(parts)]
+        for noun, here, there in counts:
+            if here != there:
                 raise InputError(
-                    f"{str(self.path)!r} is of {len(array)} particles in set {number}, the world has {len(particles)}; "
+                    f"{str(self.path)!r} is of {here} {noun}, the world has {there}; "
                     "give the world that was recorded, with the same parameters"
                 )
-            arrays.append(array)
-        return tuple(arrays)
 
     @property
     def fps(self) -> float:
@@ -223,6 +224,7 @@ class Recorded:
 
     def at(self, time: float, world: World) -> Snapshot:
         """The snapshot nearest to `time`."""
+        time = validate.number("Recorded.at", "time", time)
         return self.snapshot(int(np.argmin(np.abs(self.times - time))), world)
 
     def snapshots(self, world: World):

@@ -6,6 +6,7 @@ import math
 import os
 import pathlib
 import re
+import struct
 import zipfile
 
 import numpy as np
@@ -21,6 +22,19 @@ _MOST_HEADER = 1024
 # No deflated entry is more than so many times as long as what it takes in the file, but for a few bytes.
 _MOST_INFLATED = 1032
 _MOST_WORDS = 1 << 20
+
+# The marks of an archive's last lines and how many entries they tell of: first those of a long one.
+_ENDS = struct.Struct("<4s28xQ36x4s6xH10x")
+
+
+def _entries_told(path):
+    """How many entries there are by the last lines of an archive without a comment."""
+    with open(path, "rb") as file:
+        file.seek(-min(_ENDS.size, os.path.getsize(path)), os.SEEK_END)
+        mark64, count64, mark, count = _ENDS.unpack(file.read().rjust(_ENDS.size, b"\0"))
+    if mark != b"PK\5\6":
+        raise zipfile.BadZipFile
+    return count64 if count == 0xFFFF and mark64 == b"PK\6\6" else count
 
 
 class Archive:
@@ -39,9 +53,13 @@ class Archive:
         try:
             self._file = zipfile.ZipFile(path)
             entries = self._file.infolist()
+            told = _entries_told(path)
         except Exception:  # whatever comes of nonsense taken for an archive
             words = "cannot be read as a recording: it is none, or cut off or damaged"
             raise InputError(f"{str(path)!r} {words}") from None
+        # A damaged length within the directory can hide the entries that follow.
+        if len(entries) != told:
+            raise self.damaged(f"has a directory of {told} entries and {len(entries)} of them")
         self._others, self._moments = self._sorted(entries)
         self.count = len(self._moments)
         self.rows = {name: self._rows(info) for name, info in self._moments[0].items()}

@@ -146,6 +146,8 @@ def _held(folder):
 
 
 _lock_files = {}
+# No link that somebody planted there is followed.
+_LOCK_FLAGS = os.O_RDWR | os.O_CREAT | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_NOFOLLOW", 0)
 
 
 def _lock_file(root):
@@ -153,7 +155,7 @@ def _lock_file(root):
     key = os.getpid(), root
     if key not in _lock_files:
         try:
-            _lock_files[key] = os.open(root / "fieldsim.lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+            _lock_files[key] = os.open(root / "fieldsim.lock", _LOCK_FLAGS, 0o600)
             fcntl.lockf(_lock_files[key], fcntl.LOCK_SH, 1, 0)
             fcntl.lockf(_lock_files[key], fcntl.LOCK_UN, 1, 0)
         except (OSError, AttributeError):
@@ -184,10 +186,9 @@ def _drop_damaged(folder):
 def _sign(folder):
     """Keep the digests of files that have none yet."""
     for path in _loaded_files(folder):
-        digest = path.with_name(path.name + _DIGEST)
-        if not digest.exists():
-            with contextlib.suppress(OSError):
-                digest.write_text(_digest_of(path))
+        # Made anew: no link is followed.
+        with contextlib.suppress(OSError), open(path.with_name(path.name + _DIGEST), "x") as digest:
+            digest.write(_digest_of(path))
 
 
 def _digest_of(path):

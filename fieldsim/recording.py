@@ -7,10 +7,8 @@ they come, so that a run that fails leaves what it had. The last entry, `about.j
 its scenario, parameters, integrator, frames per second, duration and the version of fieldsim; older ones have none.
 """
 
-import functools
 import importlib.metadata
 import json
-import pathlib
 import zipfile
 
 import numpy as np
@@ -41,16 +39,13 @@ class Recording(Uncopied):
     _remedy = "make one in each process"
 
     def __init__(self, path, about: dict | None = None):
-        self.path = validate.path("Recording", "path", path)
+        path = validate.path("Recording", "path", path)
         self._about = validate.instance("Recording", "about", about or {}, dict, "give a dict")
-        if self.path.suffix != ".npz":
-            raise InputError(f"Recording: {str(self.path)!r} should end in .npz")
-        if not self.path.parent.is_dir():
-            raise InputError(f"Recording: the folder {str(self.path.parent)!r} does not exist; create it first")
-        if self.path.is_dir():
-            raise InputError(f"Recording: {str(self.path)!r} is a folder; give a file's name")
+        if path.suffix != ".npz":
+            raise InputError(f"Recording: {str(path)!r} should end in .npz")
+        self.path = files.checked_target("Recording", path)
         self.count = 0
-        self._part = self._file = None
+        self._part = self._file = self._last = None
 
     def __enter__(self) -> "Recording":
         if self._file is not None:
@@ -60,20 +55,21 @@ class Recording(Uncopied):
             self._file = zipfile.ZipFile(self._part.path, "w", zipfile.ZIP_DEFLATED, compresslevel=1)
         except OSError as reason:
             raise FilmError(f"{self.path}: cannot write here: {reason.strerror or reason}") from None
-        self.count = 0
+        self.count, self._last = 0, None
         return self
 
     def add(self, snapshot: Snapshot) -> None:
-        """Append a snapshot."""
+        """Append a snapshot; InputError for one of another world or an earlier time than the one before."""
         if self._file is None:
-            raise FilmError(
-                f"{self.path}: the recording is not open; add inside `with fs.Recording(...) as recording:`"
-            )
+            raise self._not_open()
         validate.instance("Recording.add", "snapshot", snapshot, Snapshot, "give a fs.Snapshot")
+        arrays = _arrays(snapshot)
+        self._refuse(arrays)
         entries = self._file.filelist
         before = len(entries)
         try:
-            self._add(snapshot)
+            for name, array in arrays.items():
+                self._write(f"{name}/{self.count:06d}", array)
         except BaseException as error:
             # Of a snapshot that is not whole nothing is to be found.
             for entry in entries[before:]:
@@ -82,18 +78,25 @@ class Recording(Uncopied):
             if isinstance(error, OSError):
                 raise FilmError(f"{self.path}: writing failed: {error.strerror or error}") from None
             raise
+        self._last = arrays
         self.count += 1
 
-    def _add(self, snapshot):
-        poses = [(*pose.position, *pose.rotation) for pose in snapshot.poses]
-        self._write(f"time/{self.count:06d}", np.float64(snapshot.time))
-        self._write(f"poses/{self.count:06d}", np.array(poses, dtype=float).reshape(-1, 7))
-        for name in ("positions", "velocities"):
-            for index, array in enumerate(getattr(snapshot, name)):
-                self._write(f"{name}/{index}/{self.count:06d}", array)
-        for index, (positions, rotations) in enumerate(snapshot.shape_poses or ()):
-            turns = rotations if np.ndim(rotations) == 2 else list(map(quaternion.of_matrix, rotations))
-            self._write(f"shapes/{index}/{self.count:06d}", np.hstack([positions, turns]))
+    def _not_open(self):
+        return FilmError(f"{self.path}: the recording is not open; add inside `with fs.Recording(...) as recording:`")
+
+    def _refuse(self, arrays):
+        """Raise InputError for what could not be read again."""
+        for name, array in arrays.items():
+            if not np.isfinite(array).all():
+                raise InputError(f"Recording.add: the snapshot has nan or inf in its {name}")
+        last = self._last or arrays
+        if {name: np.shape(array) for name, array in arrays.items()} != {n: np.shape(a) for n, a in last.items()}:
+            raise InputError("Recording.add: the snapshot has other bodies, particles or shapes than the one before")
+        if arrays["time"] < last["time"]:
+            raise InputError(
+                f"Recording.add: the snapshot's time is {arrays['time']:g}, the one before has {last['time']:g}; "
+                "add them in the order of time"
+            )
 
     def _write(self, name, array):
         # Without a date, the same run is the same bytes.
@@ -103,6 +106,10 @@ class Recording(Uncopied):
             np.lib.format.write_array(target, np.asarray(array, order="C"), allow_pickle=False)
 
     def __exit__(self, kind, error, trace):
+        if self._file is None:
+            if error is None:
+                raise self._not_open()
+            return
         try:
             kept = self._finished(whole=error is None)
             if kept and error is not None:
@@ -113,7 +120,7 @@ class Recording(Uncopied):
                 raise FilmError(f"{self.path}: writing failed, nothing is kept: {reason.strerror or reason}") from None
         finally:
             self._part.discard()
-            self._part = self._file = None
+            self._part = self._file = self._last = None
 
     def _finished(self, whole):
         """Close the file and let it appear; where, or None for a recording without snapshots."""
@@ -126,6 +133,18 @@ class Recording(Uncopied):
             return self._part.keep()
         self._part.publish()
         return self.path
+
+
+def _arrays(snapshot):
+    """What a snapshot has, by the names of its entries."""
+    poses = [(*pose.position, *pose.rotation) for pose in snapshot.poses]
+    found = {"time": np.float64(snapshot.time), "poses": np.array(poses, dtype=float).reshape(-1, 7)}
+    for name in ("positions", "velocities"):
+        found |= {f"{name}/{k}": np.asarray(array, dtype=float) for k, array in enumerate(getattr(snapshot, name))}
+    for index, (positions, rotations) in enumerate(snapshot.shape_poses or ()):
+        turns = rotations if np.ndim(rotations) == 2 else list(map(quaternion.of_matrix, rotations))
+        found[f"shapes/{index}"] = np.hstack([positions, turns])
+    return found
 
 
 def about_run(scenario, fps: float) -> dict:
@@ -149,8 +168,8 @@ def _told(value):
 class Recorded:
     """A recording that was written: len() snapshots, `times` (T,), and `snapshot(index, world)`.
 
-    about: what is known of the run, see `about_run`; nothing for a recording that does not say. The file is read without
-    trust: InputError, naming it, for one that is damaged, cut off or not as `Recording` writes them.
+    about: what is known of the run, see `about_run`; nothing for a recording that does not say. The file is read
+    without trust: InputError, naming it, for one that is damaged, cut off or not as `Recording` writes them.
     """
 
     def __init__(self, path):

@@ -290,3 +290,36 @@ def test_snapshots_that_are_not_there(tmp_path, content, index):
     (tmp_path / "run.npz").write_bytes(content)
     with pytest.raises(fs.InputError, match=r"Recorded\.snapshot: index is"):
         fs.Recorded(tmp_path / "run.npz").snapshot(index, WORLD)
+
+
+def test_what_could_not_be_read_is_not_added(tmp_path):
+    at = WORLD.at(1.0)
+    other = world(particles=4).at(2.0)
+    shapes = ((((0.0, 0.0, 0.0),), ((1.0, 0.0, 0.0, 0.0),)),)
+    with fs.Recording(tmp_path / "run.npz") as recording:
+        recording.add(at)
+        for snapshot, words in [
+            (WORLD.at(0.5), "the snapshot's time is 0.5, the one before has 1; add them in the order of time"),
+            (other, "has other bodies, particles or shapes than the one before"),
+            (fs.Snapshot(WORLD, 2.0, at.poses, at.positions, at.velocities, shapes), "has other bodies, particles"),
+            ("now", "snapshot is 'now'; give a fs.Snapshot"),
+        ]:
+            with pytest.raises(fs.InputError, match=rf"Recording\.add: .*{words}"):
+                recording.add(snapshot)
+        recording.add(WORLD.at(1.0))
+    assert len(fs.Recorded(tmp_path / "run.npz")) == 2
+
+
+def test_what_a_run_says_of_itself_is_read_without_trust(tmp_path, packed):
+    path = tmp_path / "run.npz"
+    for about in (b"[1]", b"{", b"7", b"\xff", b"[" * 10**5, b'"' + b"a" * (1 << 20) + b'"'):
+        assert check(path, packed({"about.json.npy": as_array(np.frombuffer(about, np.uint8))}), [])
+    path.write_bytes(packed({"about.json.npy": as_array(np.frombuffer(b'{"parameters": {"a": "b"}}', np.uint8))}))
+    assert fs.Recorded(path).about == {"parameters": {"a": "b"}}
+
+
+def test_a_recording_is_left_only_where_it_was_entered(tmp_path):
+    recording = fs.Recording(tmp_path / "run.npz")
+    with pytest.raises(fs.FilmError, match="the recording is not open"):
+        recording.__exit__(None, None, None)
+    assert not recording.__exit__(KeyError, KeyError("own"), None)

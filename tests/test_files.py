@@ -144,6 +144,10 @@ def made_file(path, mode=0o644):
 # What takes the path of a file to be written.
 MESH = fs.TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
 WRITERS = {
+    ".mp4": fs.Film,
+    ".gif": fs.Film,
+    ".png": fs.Film,
+    ".npz": fs.Recording,
     ".stl": MESH.save,
     ".svg": plots.checked_path,
 }
@@ -184,6 +188,22 @@ def test_what_may_not_be_written_is_refused_at_once(tmp_path, ending, monkeypatc
     with pytest.raises(InputError, match="nothing may be written into the folder"):
         WRITERS[ending](locked / f"a{ending}")
     assert kept.read_bytes() == b"old"
+
+
+def test_a_sequence_is_refused_where_it_cannot_be(tmp_path):
+    made_file(tmp_path / "plain")
+    for name, words in {
+        "plain/": "is a file; give a folder",
+        "a" * 300 + "/": "File name too long",
+        "a" * 250 + "_%04d.png": "File name too long",
+        "nowhere/a/": "does not exist",
+        "a_%99999999d.png": r"written name_%04d\.png",
+        "a_%d_%d.png": r"written name_%04d\.png",
+        "50%.png": r"written name_%04d\.png; a single picture has no % in its name",
+        "a_%04d.png/": "a folder without %",
+    }.items():
+        with pytest.raises(InputError, match=words):
+            fs.Film(f"{tmp_path}/{name}")
 
 
 @pytest.mark.parametrize("ending", ["stl", "obj", "ply", "off", "glb"])

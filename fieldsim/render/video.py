@@ -3,7 +3,7 @@
 | path | result |
 |---|---|
 | `name.mp4` | H.264, plays everywhere; odd sizes are padded by one row or column |
-| `name.gif` | loops forever, a palette of its own for every frame |
+| `name.gif` | loops forever, a palette of its own for every frame; of more than 50 frames per second only 50 are kept |
 | `name.png` | one picture: the last frame |
 | `folder/` or `name_%04d.png` | a sequence of pictures, numbered from 0 |
 
@@ -12,6 +12,7 @@ ffmpeg's exit status and words, so that a full disk would pass for a finished fi
 """
 
 import fractions
+import io
 import os
 import pathlib
 import re
@@ -20,12 +21,19 @@ import tempfile
 import warnings
 
 import numpy as np
+from PIL import Image
 
 from fieldsim import files, validate
 from fieldsim.copies import Uncopied
 from fieldsim.errors import FieldsimWarning, FilmError, InputError
 
 KNOWN = "name.mp4, name.gif, name.png (one picture), folder/ or name_%04d.png (a sequence)"
+
+# Names of a sequence's pictures.
+_PATTERN = re.compile(r"[^%]*%0?[0-9]?d[^%]*\.png", re.IGNORECASE | re.DOTALL)
+
+# Frames per second that films can have.
+SLOWEST, FASTEST = 0.01, 1000.0
 
 # Constant quality 18 is visually lossless. A fixed number of threads and no time stamps: same frames, same bytes.
 _MP4 = (
@@ -48,10 +56,10 @@ class Film(Uncopied):
                 film.write(fs.render(world.at(t), camera))
 
     path: where to; its ending says what (see above). size: (width, height) in pixels; None takes the first image's.
-    fps: frames per second. The file appears under its name when the block ends. When the block is left by an error or
-    an interrupt, the frames so far appear under that name if there was nothing before, else as `name.partial.mp4`
-    (pictures of a sequence in `name.partial/`), and the error says so; of a `name.png` nothing appears. What was there
-    before is replaced by a whole film only.
+    fps: frames per second, 0.01 to 1000. The file appears under its name when the block ends. When the block is left by
+    an error or an interrupt, the frames so far appear under that name if there was nothing before, else as
+    `name.partial.mp4` (pictures of a sequence in `name.partial/`), and the error says so; of a `name.png` nothing
+    appears. What was there before is replaced by a whole film only.
     Raises InputError for a path that cannot be (before any frame is made) and FilmError when writing fails, as on a
     full disk, which leaves whole pictures of a sequence only.
     """
@@ -59,16 +67,13 @@ class Film(Uncopied):
     _remedy = "make one in each process"
 
     def __init__(self, path, size=None, fps: float = 30.0):
+        self._target = validate.path("Film", "path", path)
         self.path = os.fspath(path)
-        self.fps = validate.number("Film", "fps", fps, above=0.0)
+        self.fps = validate.number("Film", "fps", fps, at_least=SLOWEST, at_most=FASTEST)
         self.size = None if size is None else checked_size("Film", size)
         self.frames = 0
         self._format = _format_of(self.path)
-        self._target = pathlib.Path(self.path)
-        if not self._target.parent.is_dir():
-            raise InputError(f"{self.path}: the folder {str(self._target.parent)!r} does not exist; create it first")
-        if self._format is not _Sequence and self._target.is_dir():
-            raise InputError(f"{self.path}: this is a folder; give a file's name")
+        self._format.check(self._target)
         self._part = self._writer = self._failure = None
 
     @property
@@ -88,14 +93,12 @@ class Film(Uncopied):
 
     def write(self, image) -> None:
         """Add a frame: an array (height, width, 3) of uint8."""
-        image = np.asarray(image)
         if self._part is None:
-            raise self._failure or FilmError(
-                f"{self.path}: the film is not open; write inside `with fs.Film(...) as film:`"
-            )
+            raise self._failure or self._not_open()
+        image = validate.array("Film.write", "the image", image, "give (H, W, 3) of uint8")
         if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
             raise InputError(f"Film.write: the image has shape {image.shape} of {image.dtype}; give (H, W, 3) of uint8")
-        size = image.shape[1], image.shape[0]
+        size = checked_size("Film.write", image.shape[1::-1])
         if self.size not in (None, size):
             raise InputError(f"Film.write: the image is {size[0]}x{size[1]}, the film {self.size[0]}x{self.size[1]}")
         self.size = size
@@ -113,14 +116,17 @@ class Film(Uncopied):
                 kept = self._kept()
                 if kept:
                     files.say(error, kept)
-            elif self._failure is not None:
-                raise self._failure
+            elif self._part is None:
+                raise self._failure or self._not_open()
             elif self._writer is None:
                 raise FilmError(f"{self.path}: no frame was written")
             else:
                 self._finish()
         finally:
             self._close()
+
+    def _not_open(self):
+        return FilmError(f"{self.path}: the film is not open; write inside `with fs.Film(...) as film:`")
 
     def _finish(self):
         try:
@@ -163,16 +169,19 @@ class _Encoded:
     options = ()
     even = False
 
-    def __init__(self, partial, size, fps):
-        import imageio_ffmpeg
+    @staticmethod
+    def check(target):
+        files.checked_target("Film", target)
 
+    def __init__(self, partial, size, fps):
         self.partial = partial
-        self.words = tempfile.TemporaryFile()
+        encoder = _ffmpeg()
         width, height = (n + n % 2 for n in size) if self.even else size
-        rate = fractions.Fraction(fps).limit_denominator(1001)
-        source = f"-f rawvideo -pix_fmt rgb24 -s {width}x{height} -r {rate} -i -".split()
+        source = f"-f rawvideo -pix_fmt rgb24 -s {width}x{height} -r {_rate(fps)} -i -".split()
+        self.words = tempfile.TemporaryFile()
         self.process = subprocess.Popen(
-            [imageio_ffmpeg.get_ffmpeg_exe(), "-y", "-v", "error", "-nostats", *source, *self.options, str(partial)],
+            # Before a colon ffmpeg would look for a protocol.
+            [encoder, "-y", "-v", "error", "-nostats", *source, *self.options, f"file:{partial}"],
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
             stderr=self.words,
@@ -231,12 +240,35 @@ class _Mp4(_Encoded):
 
 
 class _Gif(_Encoded):
+    """GIF counts hundredths of a second, and browsers play a delay below two of them as ten."""
+
     options = _GIF
+    fastest = 50.0
+
+    def __init__(self, partial, size, fps):
+        super().__init__(partial, size, min(fps, self.fastest))
+        self.share = min(self.fastest / fps, 1.0)
+        self.given = self.kept = 0
+        self.image = None
+
+    def write(self, image):
+        """Keep the frame if a fiftieth of a second ends with it, for as long as one lasts."""
+        self.given += 1
+        self.image = image
+        if round(self.given * self.share) > self.kept:
+            self.kept += 1
+            super().write(image)
+
+    def finish(self):
+        if not self.kept:
+            super().write(self.image)
+        super().finish()
 
 
 class _Picture:
     """The last frame as one PNG."""
 
+    check = _Encoded.check
     publish = _Encoded.publish
 
     def __init__(self, partial, size, fps):
@@ -256,6 +288,14 @@ class _Picture:
 class _Sequence:
     """Numbered PNGs, made in a folder of their own and moved to their places at the end."""
 
+    @staticmethod
+    def check(target):
+        numbered = _is_pattern(target)
+        if not numbered and os.path.lexists(target) and not os.path.isdir(target):
+            raise InputError(f"Film: {str(target)!r} is a file; give a folder, or {KNOWN}")
+        # The first frame, or the folder for all, stands for what is to be made.
+        files.checked_target("Film", _frame(target, 0) if numbered or os.path.isdir(target) else target)
+
     def __init__(self, partial, size, fps):
         self.partial = partial
         self.count = 0
@@ -271,8 +311,12 @@ class _Sequence:
         target = part.target
         if not _is_pattern(target):
             target.mkdir(exist_ok=True)
-        for index in range(self.count):
-            os.replace(self.partial / str(index), _frame(target, index))
+        frames = [_frame(target, index) for index in range(self.count)]
+        for frame in frames:
+            if os.path.isdir(frame):
+                raise OSError(f"{frame} is a folder")
+        for index, frame in enumerate(frames):
+            os.replace(self.partial / str(index), frame)
         after = _frame(target, self.count)
         if after.exists():
             warnings.warn(
@@ -298,7 +342,7 @@ class _Sequence:
 
 
 def _is_pattern(target):
-    return "%" in target.name
+    return _PATTERN.fullmatch(target.name) is not None
 
 
 def _frame(target, index):
@@ -307,23 +351,41 @@ def _frame(target, index):
 
 
 def _write_png(path, image):
-    import imageio.v3 as imageio
-
     # Into memory first: an encoder that meets a full disk can leave a half-written file without a word.
-    path.write_bytes(imageio.imwrite("<bytes>", image, extension=".png"))
+    data = io.BytesIO()
+    Image.fromarray(image).save(data, "PNG")
+    path.write_bytes(data.getvalue())
+
+
+def _ffmpeg():
+    import imageio_ffmpeg
+
+    try:
+        return imageio_ffmpeg.get_ffmpeg_exe()
+    except RuntimeError as reason:  # none is there
+        raise OSError(str(reason)) from None
+
+
+def _rate(fps):
+    """The rate as a fraction that formats can hold, to seven digits, be it fast or slow."""
+    if fps >= 1.0:
+        return fractions.Fraction(fps).limit_denominator(1001)
+    return 1 / fractions.Fraction(1.0 / fps).limit_denominator(1001)
 
 
 def _format_of(path):
     """The class that writes `path`."""
-    name = pathlib.PurePath(path).name
-    if path.endswith(("/", os.sep)) or (not pathlib.PurePath(path).suffix and os.path.isdir(path)):
+    target = pathlib.PurePath(path)
+    folder = path.endswith(("/", os.sep))
+    if folder and _is_pattern(target):
+        raise InputError(f"{path}: give a folder without % in its name, or a pattern without a / at its end")
+    if folder or _is_pattern(target) or (not target.suffix and os.path.isdir(path)):
         return _Sequence
-    if "%" in name:
-        if not re.fullmatch(r"[^%]*%0?\d*d[^%]*\.png", name, re.IGNORECASE):
-            raise InputError(f"{path}: a numbered sequence is written name_%04d.png")
-        return _Sequence
+    kind = target.suffix.lower()
+    if kind == ".png" and "%" in target.name:
+        raise InputError(f"{path}: a numbered sequence is written name_%04d.png; a single picture has no % in its name")
     try:
-        return {".mp4": _Mp4, ".gif": _Gif, ".png": _Picture}[pathlib.PurePath(path).suffix.lower()]
+        return {".mp4": _Mp4, ".gif": _Gif, ".png": _Picture}[kind]
     except KeyError:
         raise InputError(f"{path}: this ending is not known; give {KNOWN}") from None
 
@@ -331,11 +393,9 @@ def _format_of(path):
 def checked_size(owner, size) -> tuple[int, int]:
     """`size` as (width, height), two whole numbers from 1 to 16384."""
     try:
-        width, height = size
-        if width != int(width) or height != int(height):
-            raise ValueError
+        width, height = (validate.whole(owner, "size", n) for n in size)
     except (TypeError, ValueError):
-        raise InputError(f"{owner}: size is {size!r}; give (width, height) in pixels") from None
+        raise InputError(f"{owner}: size is {validate.shown(size)}; give (width, height) in pixels") from None
     if not (1 <= width <= 16384 and 1 <= height <= 16384):
         raise InputError(f"{owner}: size is {width}x{height}; give a width and a height from 1 to 16384")
-    return int(width), int(height)
+    return width, height

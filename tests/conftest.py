@@ -1,5 +1,8 @@
 """What all tests share: the quick ones, the long ones, and options that make this machine another one."""
 
+import signal
+import threading
+
 import pytest
 
 # Files whose tests a newcomer runs after an edit: every floor of the house, in under 90 seconds with kernels cached.
@@ -19,6 +22,9 @@ def pytest_addoption(parser):
 
 
 def pytest_configure(config):
+    # A shell starts what it runs in the background deaf to Ctrl-C, and its children with it.
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     target, threads = config.getoption("--cpu-target"), config.getoption("--threads")
     if threads:
         from fieldsim import launch

@@ -161,6 +161,27 @@ def test_sites_are_drawn():
     np.testing.assert_allclose(quaternion.matrices(turns[1]), data.site_xmat[0].reshape(3, 3), atol=1e-14)
 
 
+def test_colours_and_sizes_that_are_changed_later_are_seen():
+    model, data = posed(ALL_KINDS)
+    scene = fs.mujoco.Scene(fs.World(), model)
+    before = scene.snapshot(data)
+    assert scene.snapshot(data).world is before.world
+    model.geom_rgba[1], model.geom_size[1, 0] = (0, 0, 1, 1), 0.5
+    model.geom_group[2] = 4
+    after = scene.snapshot(data).world.shapes[0]
+    assert after.materials[1].color == (0.0, 0.0, 1.0)
+    assert after.shapes[1].radius == 0.5
+    assert len(after.shapes) == len(before.world.shapes[0].shapes) - 1 == 6
+    assert before.world.shapes[0].shapes[1].radius == pytest.approx(0.3), "moments are what they were"
+
+
+def test_a_motion_that_blew_up_is_not_drawn():
+    model, data = posed(ALL_KINDS)
+    data.xpos[2] = np.nan
+    with pytest.raises(fs.InputError, match="positions are not finite"):
+        fs.mujoco.Scene(fs.World(), model).snapshot(data)
+
+
 def test_other_models_are_refused():
     model, data = posed(HUMANOID)
     other, others = posed(ALL_KINDS)

@@ -8,13 +8,13 @@ import warnings
 import mujoco
 import numpy as np
 
-from fieldsim import launch
+from fieldsim import launch, validate
 from fieldsim.dynamics.energy_log import EnergyLog, EnergyReport, History
 from fieldsim.dynamics.integrators import Leapfrog
 from fieldsim.dynamics.totals import Drift, Total
 from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
 from fieldsim.mujoco.balls import Contact
-from fieldsim.mujoco.forces import FieldForces
+from fieldsim.mujoco.forces import ACCURACIES, FieldForces
 from fieldsim.mujoco.models import model_of
 from fieldsim.mujoco.planet import follow
 from fieldsim.mujoco.scene import Scene
@@ -33,8 +33,9 @@ class Experiment(Scenario):
 
     model: an MjModel, or MJCF: its text, or the path of a file. Bodies of the model do not pull. Particles of the world
     move as in any scenario, by `integrator`, and do not meet the model; its own integrator and step are its <option>'s.
-    accuracy, contact, keep_gravity: as of FieldForces. planets: the PlanetGeoms in the model, which follow their
-    bodies. skins: drawn in place of the geoms that they stand for (see `skin`).
+    accuracy, contact, keep_gravity: as of FieldForces; with False, `model` is a copy without gravity. planets: the
+    PlanetGeoms in the model, which follow their bodies. skins: drawn in place of the geoms that they stand for (see
+    `skin`).
     start: a function of (model, data) that sets the state to begin with, on top of the model's own; control: one that
     is called before every step, to set data.ctrl, say. A frame shows the step nearest to its time.
     """
@@ -50,16 +51,21 @@ class Experiment(Scenario):
 
     def __post_init__(self):
         super().__post_init__()
+        if self.keep_gravity is not None:
+            validate.flag("Experiment", "keep_gravity", self.keep_gravity)
         object.__setattr__(self, "model", self._without_gravity(model_of(self.model)))
         if self.integrator != Leapfrog() and not self.world.particles:
             raise InputError(
                 f"Experiment: integrator is {self.integrator}, which moves particles, and there are none; the model's "
                 "own is told by its <option integrator=... timestep=...>"
             )
+        validate.choice("Experiment", "accuracy", self.accuracy, ACCURACIES)
+        if self.contact is not None:
+            validate.instance("Experiment", "contact", self.contact, Contact, "give a fs.mujoco.Contact, or None")
         for name in ("start", "control"):
-            value = getattr(self, name)
-            if value is not None and not callable(value):
-                raise InputError(f"Experiment: {name} is {value!r}; give a function of (model, data), or None")
+            if getattr(self, name) is not None:
+                remedy = "give a function of (model, data), or None"
+                validate.function("Experiment", name, getattr(self, name), remedy)
         self.scene  # noqa: B018 - refuses what it cannot draw now, not when it is filmed
 
     def _without_gravity(self, model):
@@ -72,6 +78,7 @@ class Experiment(Scenario):
     @classmethod
     def of(cls, scenario: Scenario, model, **options) -> "Experiment":
         """The experiment of a model in a scenario: its world, camera, times and integrator; options: as above."""
+        validate.instance("Experiment.of", "scenario", scenario, Scenario, "give a fs.Scenario")
         told = {field.name: getattr(scenario, field.name) for field in dataclasses.fields(Scenario)}
         if not scenario.world.particles:
             del told["integrator"]
@@ -107,7 +114,7 @@ class Run:
         self._moving = [planet for planet in experiment.scene.planets if planet.mocap]
         follow(model, self.data, self._moving)
         if experiment.start:
-            experiment.start(model, self.data)
+            validate.answer("Experiment", "start", experiment.start, model, self.data)
         mujoco.mj_forward(model, self.data)
         options = {name: getattr(experiment, name) for name in ("accuracy", "contact", "keep_gravity")}
         with launch.loading():  # numba's compiler at work, the first time
@@ -150,7 +157,7 @@ class Run:
         for _ in range(count):
             follow(model, data, self._moving)
             if experiment.control:
-                experiment.control(model, data)
+                validate.answer("Experiment", "control", experiment.control, model, data)
             mujoco.mj_step(model, data)
 
     def snapshot(self):

@@ -12,6 +12,7 @@ import math
 import mujoco
 import numpy as np
 
+from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.mujoco.balls import Contact
 from fieldsim.mujoco.forces import FieldForces
@@ -84,8 +85,8 @@ class DonutLander(gymnasium.Env):
     metadata = {"render_modes": ["rgb_array"], "render_fps": 25}  # noqa: RUF012 - gymnasium wants a plain dict
 
     def __init__(self, render_mode=None):
-        if render_mode not in (None, "rgb_array"):
-            raise InputError(f"DonutLander: render_mode is {render_mode!r}; give 'rgb_array', or None for no pictures")
+        if render_mode is not None:
+            validate.choice("DonutLander", "render_mode", render_mode, ("rgb_array",))
         self.render_mode = render_mode
         self.model = mujoco.MjModel.from_xml_string(MODEL)
         self.data = mujoco.MjData(self.model)
@@ -95,7 +96,9 @@ class DonutLander(gymnasium.Env):
         self._fuel, self._still, self._score = FUEL, 0, 0.0
 
     def reset(self, *, seed=None, options=None):
-        """Start at rest-ish, somewhere over the planet."""
+        """Start at rest-ish, somewhere over the planet. seed: a whole number, for the same start again."""
+        if seed is not None:
+            seed = validate.whole("DonutLander.reset", "seed", seed, at_least=0)
         super().reset(seed=seed)
         random = self.np_random
         mujoco.mj_resetData(self.model, self.data)
@@ -111,8 +114,8 @@ class DonutLander(gymnasium.Env):
         return observation, self._told()
 
     def step(self, action):
-        """One turn: (observation, reward, terminated, truncated, info)."""
-        action = np.clip(np.asarray(action, dtype=float), -1.0, 1.0)
+        """One turn: (observation, reward, terminated, truncated, info). Raises InputError for an action of nan."""
+        action = np.clip(validate.numbers("DonutLander.step", "action", action, shape=(4,)), -1.0, 1.0)
         thrust = 0.5 * (action[0] + 1.0) if self._fuel > 0.0 else 0.0
         self.data.ctrl[:] = THRUST * thrust, *(TORQUE * action[1:])
         self.data.ctrl[0] = min(self.data.ctrl[0], THRUST)

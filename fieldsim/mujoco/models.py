@@ -24,13 +24,19 @@ def model_of(source):
     if isinstance(source, mujoco.MjModel):
         return source
     if not isinstance(source, str | os.PathLike):
-        raise InputError(f"model is {source!r}; give a mujoco.MjModel, MJCF as text, or the path of a file of it")
+        raise InputError(
+            f"model is {validate.shown(source)}; give a mujoco.MjModel, MJCF as text, or the path of a file of it"
+        )
     text = os.fspath(source)
+    if not isinstance(text, str) or "\0" in text:
+        raise InputError(f"model is {validate.shown(source)}; give MJCF as text, or the path of a file of it")
     if text.lstrip().startswith("<"):
         return _read(mujoco.MjModel.from_xml_string, text, "the MJCF")
     path = pathlib.Path(text)
     if not path.is_file():
-        raise InputError(f"there is no model {text!r}; give the path of an MJCF file, such as humanoid.xml")
+        raise InputError(
+            f"there is no model {validate.shown(text)}; give the path of an MJCF file, such as humanoid.xml"
+        )
     binary = path.suffix == ".mjb"
     return _read(mujoco.MjModel.from_binary_path if binary else mujoco.MjModel.from_xml_path, text, repr(text))
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import FieldsimError, InputError
+from fieldsim.mujoco.models import alike
 from fieldsim.mujoco.tables import sources_of
 from fieldsim.potentials.mesh import TriangleMesh
 from fieldsim.world.body import Body
@@ -35,6 +36,13 @@ class PlanetGeom:
     source: Body
     mesh: TriangleMesh
 
+    def __post_init__(self):
+        for name in ("name", "asset", "geom", "body"):
+            validate.text("PlanetGeom", name, getattr(self, name))
+        validate.flag("PlanetGeom", "mocap", self.mocap)
+        validate.instance("PlanetGeom", "source", self.source, Body, "give a fs.Body")
+        validate.instance("PlanetGeom", "mesh", self.mesh, TriangleMesh, "give a fs.TriangleMesh")
+
 
 def planet_geom(
     body: Body,
@@ -56,24 +64,24 @@ def planet_geom(
     The shape is that at `time`; MuJoCo's geoms do not deform. Raises InputError for a body without a surface, and
     FieldsimError for "sdf" with a MuJoCo before 3.3.5.
     """
-    if not isinstance(body, Body):
-        raise InputError(f"planet_geom: body is {body!r}; give a fs.Body")
+    validate.instance("planet_geom", "body", body, Body, "give a fs.Body")
     sources_of(body)  # refuses free ones
-    if kind not in KINDS:
-        raise InputError(f"planet_geom: kind is {kind!r}; give 'sdf' or 'mesh'")
+    validate.choice("planet_geom", "kind", kind, KINDS)
+    time = validate.number("planet_geom", "time", time)
+    mocap = body.moving if mocap is None else validate.flag("planet_geom", "mocap", mocap)
     if kind == "sdf" and _version() < SDF_SINCE:
         raise FieldsimError(
             f"planet_geom: MuJoCo {mujoco.__version__} makes no signed distance field of a mesh; install 3.3.5 or "
             "later, give kind='mesh', or use FieldForces(contact=...)"
         )
-    name = _checked_name(name or body.name or "planet")
+    name = _checked_name(body.name or "planet" if isinstance(name, str) and not name else name)
+    friction = _friction(friction)
     mesh = _centered_between(body, time, body.surface_mesh(time, resolution=resolution, tolerance=tolerance))
-    mocap = body.moving if mocap is None else mocap
     asset = (
         f'<material name="{name}" {_look(body.surface.at(time))}/>\n'
         f'<mesh name="{name}" vertex="{_words(mesh.vertices)}" face="{" ".join(map(str, mesh.faces.ravel()))}"/>'
     )
-    geom = f'<geom name="{name}" type="{kind}" mesh="{name}" material="{name}" friction="{_friction(friction)}"/>'
+    geom = f'<geom name="{name}" type="{kind}" mesh="{name}" material="{name}" friction="{friction}"/>'
     pose = pose_at(body.motion, time)
     flag = ' mocap="true"' if mocap else ""
     place = f'pos="{_words(pose.position)}" quat="{_words(pose.rotation)}"'
@@ -84,16 +92,24 @@ def follow(model, data, planets) -> None:
     """Put the mocap bodies of `planets` (PlanetGeoms) where their sources are at data.time; call it before each step.
 
     MuJoCo knows a mocap body's place but not its velocity: it pushes, but drags nothing along by friction.
+    Raises InputError for what is no PlanetGeom, for data of another model, and a model without its mocap body.
     """
-    for planet in planets:
-        body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, planet.name)
-        if body < 0 or model.body_mocapid[body] < 0:
-            raise InputError(
-                f"follow: the model has no mocap body {planet.name!r}; put planet_geom(..., mocap=True).body into it"
-            )
-        pose = pose_at(planet.source.motion, data.time)
-        data.mocap_pos[model.body_mocapid[body]] = pose.position
-        data.mocap_quat[model.body_mocapid[body]] = pose.rotation
+    validate.instance("follow", "model", model, mujoco.MjModel, "give a mujoco.MjModel")
+    remedy = "give fs.mujoco.planet_geom(body, mocap=True)"
+    for planet in validate.instances("follow", "planets", planets, PlanetGeom, remedy):
+        _follow(model, data, planet)
+
+
+def _follow(model, data, planet):
+    body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, planet.name)
+    if body < 0 or model.body_mocapid[body] < 0:
+        raise InputError(
+            f"follow: the model has no mocap body {planet.name!r}; put planet_geom(..., mocap=True).body into it"
+        )
+    alike(model, data, "follow")
+    pose = pose_at(planet.source.motion, data.time)
+    data.mocap_pos[model.body_mocapid[body]] = pose.position
+    data.mocap_quat[model.body_mocapid[body]] = pose.rotation
 
 
 def _centered_between(body, time, mesh):
@@ -115,9 +131,12 @@ def _look(material):
 
 
 def _friction(friction):
-    numbers = [validate.number("planet_geom", "friction", f, at_least=0.0) for f in np.atleast_1d(friction)]
-    if not 1 <= len(numbers) <= 3:
-        raise InputError(f"planet_geom: friction is {friction!r}; give sliding, torsional and rolling friction")
+    numbers = np.atleast_1d(validate.numbers("planet_geom", "friction", friction))
+    if numbers.ndim > 1 or not 1 <= len(numbers) <= 3 or (numbers < 0.0).any():
+        raise InputError(
+            f"planet_geom: friction is {validate.shown(friction)}; give sliding, torsional and rolling friction, of at "
+            "least 0"
+        )
     return _words(numbers)
 
 
@@ -126,8 +145,10 @@ def _words(numbers):
 
 
 def _checked_name(name):
-    if not isinstance(name, str) or re.search(r"[\"<>&]", name):
-        raise InputError(f"planet_geom: name is {name!r}; give a text without quotes, <, > and &")
+    if not isinstance(name, str) or not name.isprintable() or re.search(r"[\"<>&]", name):
+        raise InputError(
+            f"planet_geom: name is {validate.shown(name)}; give a text without quotes, <, >, & and breaks of lines"
+        )
     return name
 
 

@@ -7,7 +7,7 @@ import warnings
 import numpy as np
 
 from fieldsim import validate
-from fieldsim.errors import FieldsimWarning
+from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.mujoco.geoms import material_of, shape_of
 from fieldsim.mujoco.models import alike, model_of, seen, seen_geoms
 from fieldsim.mujoco.planet import PlanetGeom
@@ -16,6 +16,12 @@ from fieldsim.mujoco.undrawn import undrawn
 from fieldsim.world import quaternion
 from fieldsim.world.world import Snapshot, World
 
+# What shapes and materials are made of.
+LOOKS = (
+    *("geom_type", "geom_size", "geom_rgba", "geom_matid", "geom_group", "geom_dataid"),
+    *("site_type", "site_size", "site_rgba", "site_matid", "site_group"),
+    *("mat_rgba", "mat_specular", "mat_shininess", "mat_reflectance", "mat_texid", "mat_texrepeat", "mat_texuniform"),
+)
 # Things at most that a warning names.
 MOST = 12
 
@@ -47,6 +53,11 @@ class Scene:
         self.planets = _all("planets", planets, PlanetGeom, "fs.mujoco.planet_geom(body)")
         for index, one in enumerate(self.skins):
             one.refuse_other(self.model, f"Scene: skins[{index}]")
+        self._compose()
+
+    def _compose(self):
+        """Make the world of what the model is now, and tell of what is left out."""
+        self._looks, world = self._looks_now(), self.given
         stood_for = {geom for skin in self.skins for geom in skin.geoms}
         stood_for |= {g for g in range(self.model.ngeom) if self.model.geom(g).name in {p.name for p in self.planets}}
         self.geoms, geoms = self._shapes([g for g in seen_geoms(self.model) if g not in stood_for], "geom")
@@ -58,6 +69,9 @@ class Scene:
             shapes, materials = zip(*geoms, *sites, strict=True)
             self.world.add_shape(shapes, materials, name="MuJoCo")
         self._tell_what_is_left_out()
+
+    def _looks_now(self):
+        return [getattr(self.model, name).tobytes() for name in LOOKS]
 
     def _shapes(self, numbers, of):
         """The numbers of those that have a shape, and pairs of their shapes and materials."""
@@ -73,16 +87,24 @@ class Scene:
                 f"Scene: of the model these are not drawn: {', '.join(left_out[:MOST])}{more}; add bodies or shapes to "
                 "the world for what is to be seen, or see mujoco.Renderer (--beside) for MuJoCo's own picture",
                 FieldsimWarning,
-                stacklevel=3,
+                stacklevel=4,
             )
 
     def snapshot(self, data, base: Snapshot | None = None) -> ModelSnapshot:
         """The moment of an MjData whose kinematics are up to date (mujoco.mj_kinematics after a step).
 
         base: a snapshot of the given world, for all but the model; unless told that world at data.time.
-        Raises InputError for data of another model.
+        Sizes and colours are the model's as they are now. Raises InputError for data of another model, and for a state
+        that is not finite.
         """
         alike(self.model, data, "Scene.snapshot")
+        if not np.isfinite(data.xpos).all():
+            raise InputError(
+                "Scene.snapshot: the model's positions are not finite, for its motion blew up; give it a shorter "
+                "timestep, or ask before"
+            )
+        if self._looks != self._looks_now():
+            self._compose()
         if base is None:
             base = self.given.at(data.time)
         else:

@@ -38,6 +38,15 @@ class Skin:
     geoms: tuple[int, ...]
     counts: tuple[int, ...] = ()
 
+    def __post_init__(self):
+        object.__setattr__(self, "bodies", validate.instances("Skin", "bodies", self.bodies, Body, "give fs.Body(...)"))
+        for name in ("owners", "geoms"):
+            items = validate.listed("Skin", name, getattr(self, name), "give numbers")
+            numbers = tuple(validate.whole("Skin", f"{name}[{k}]", n, at_least=0) for k, n in enumerate(items))
+            object.__setattr__(self, name, numbers)
+        if not len(self.bodies) == len(self.owners) == len(self.geoms):
+            raise InputError("Skin: bodies, owners and geoms are not alike in number; make it with fs.mujoco.skin")
+
     def refuse_other(self, model, owner: str) -> None:
         """Refuse a model that it was not made of, or of a copy."""
         if self.counts and self.counts != counts(model):
@@ -71,8 +80,9 @@ def skin(
     """
     model = model_of(model)
     swell = validate.number("skin", "swell", swell, above=0.0)
-    if material is not None and not isinstance(material, Material):
-        raise InputError(f"skin: material is {material!r}; give a fs.Material, or None for the geoms' own colours")
+    if material is not None:
+        remedy = "give a fs.Material, or None for the geoms' own colours"
+        validate.instance("skin", "material", material, Material, remedy)
     if blobbiness is None:
         blobbiness = material.blobbiness if material else BLOBBINESS
     tree = _tree(model, root)
@@ -91,7 +101,7 @@ def _tree(model, root):
     found = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, root) if isinstance(root, str) else root
     if isinstance(found, bool) or not isinstance(found, int | np.integer) or not 0 <= found < model.nbody:
         names = ", ".join(repr(model.body(b).name) for b in range(1, model.nbody) if model.body(b).name)
-        raise InputError(f"skin: the model has no body {root!r}; it has {names or 'none with a name'}")
+        raise InputError(f"skin: the model has no body {validate.shown(root)}; it has {names or 'none with a name'}")
     tree = {int(found)}
     for body in range(int(found) + 1, model.nbody):
         if model.body_parentid[body] in tree:

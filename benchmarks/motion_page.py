@@ -75,6 +75,14 @@ rate is the kick of its momentum) and follows E less work, which is kept as ener
 **Together.** Free bodies keep their energy in sum, contacts included, where prescribed bodies stand still, and momentum
 and angular momentum where there are none; so do particles that pull each other. The report of a film names all drifts.
 
+**Manoeuvres.** `Simulation.set_particles` and `set_body` give particles and free bodies other places and motions
+between two calls of `advance`; they go on as from a start there, and an `EnergyLog` tells what was given apart from
+drifts. Arrays that a simulation hands out are copies, which refuse to be written.
+
+**Two masses.** Gravity pulls on the mass that resists, so that all fall alike. Free bodies that pull each other do so
+with opposite forces, or are refused: they have one kernel, and one ratio of G times the mass that pulls to the mass
+that resists. Particles of several G feel each other's own, and keep sums weighted by G times mass.
+
 ## Contact
 
 The surface is F = 1 of all bodies' surface fields. The *gap* of a ball of radius r at x is log F(x + r n), n the unit

@@ -27,7 +27,7 @@ class EnergyReport:
     rms: drift since the start relative to each particle's kinetic plus absolute potential energy there, over all
     moments recorded; particles: how many never touched a surface and so were judged, of `total`; work: what moving
     sources did on those, per unit mass, in sum. totals: drifts of what free bodies, or particles that pull each other,
-    keep together (see `Drift`).
+    keep together (see `Drift`). manoeuvres: what manoeuvres gave to those particles, per unit mass, in sum.
     """
 
     invariant: str
@@ -37,6 +37,7 @@ class EnergyReport:
     total: int
     work: float = 0.0
     totals: tuple[Drift, ...] = ()
+    manoeuvres: float = 0.0
 
     def __str__(self):
         sentences = [] if self.totals and not (self.total and self.invariant) else [self._of_each()]
@@ -51,7 +52,8 @@ class EnergyReport:
             return f"{self.invariant} not judged: all {self.total} particles touched a surface"
         judged = f"{self.particles} of {self.total} particles, those that never touched a surface"
         work = f"; the moving bodies did work {self.work:.3g}" if self.work else ""
-        return f"{self.invariant} drift at most {self.largest:.1e}, rms {self.rms:.1e} ({judged}){work}"
+        given = f"; manoeuvres gave {self.manoeuvres:.3g}" if self.manoeuvres else ""
+        return f"{self.invariant} drift at most {self.largest:.1e}, rms {self.rms:.1e} ({judged}){work}{given}"
 
     def _of_all(self):
         """One sentence for each group of what moves together."""
@@ -81,7 +83,8 @@ class EnergyLog(Uncopied):
 
     Free bodies together keep their energy, contacts included, where all prescribed bodies stand still, and where there
     are none also their momentum and angular momentum; so do, together, particles that pull each other. These are
-    `totals`, each with its drifts at the moments of `history.times`.
+    `totals`, each with its drifts at the moments of `history.times`. What manoeuvres give (`Simulation.set_particles`,
+    `set_body`) is no drift.
 
     The first particle whose drift exceeds LOST, and the first energy of all, are told of in a FieldsimWarning.
     """
@@ -106,14 +109,40 @@ class EnergyLog(Uncopied):
         self._warned = set()
         self._total = sum(len(particles) for particles in simulation.world.particles)
         if self.judging:
-            start = energy(simulation.snapshot())
-            self._scale = np.maximum(start.kinetic + np.abs(start.potential), np.finfo(float).tiny)
+            self._scale = self._sizes()
             self._start = self._values()
+            self._given = np.zeros(self._total)
+        simulation.account(self)
 
     @property
     def judging(self) -> bool:
         """Whether there are particles, and an invariant to judge each by."""
         return bool(self.invariant and self._total)
+
+    def _sizes(self):
+        """Kinetic plus absolute potential energies, (N,)."""
+        now = energy(self._simulation.snapshot())
+        return np.maximum(now.kinetic + np.abs(now.potential), np.finfo(float).tiny)
+
+    def measured(self):
+        """What a manoeuvre may change: the totals, and of the particles the invariants and which of them are judged."""
+        totals = [total.measured() for total in self.totals]
+        return totals, (self._values(), self._judged) if self.judging else None
+
+    def manoeuvred(self, before) -> None:
+        """What a manoeuvre has given since `before` (as `measured`) is no drift; who was not judged begins anew."""
+        totals, particles = before
+        for total, value in zip(self.totals, totals, strict=True):
+            total.shift(value)
+        if particles:
+            values, judged = particles
+            now = self._values()
+            with np.errstate(all="ignore"):  # what was on a bare source just then had an infinite potential
+                given = now - values
+            judged &= np.isfinite(given)
+            self._start = np.where(judged, self._start + given, now)
+            self._given += np.where(judged, given, 0.0)
+            self._scale = np.maximum(self._scale, self._sizes())
 
     def _values(self):
         snapshot = self._simulation.snapshot()
@@ -186,6 +215,7 @@ class EnergyLog(Uncopied):
         judged = int(self._judged.sum()) if self._total else 0
         rms = (self._squares / self._count) ** 0.5 if self._count else 0.0
         work = float(self._work.values()[self._judged].sum()) if self._work and self._total else 0.0
+        given = float(self._given[self._judged].sum()) if self.judging else 0.0
         largest = max(self.history.largest, default=0.0)
         totals = tuple(total.drift for total in self.totals)
-        return EnergyReport(self.invariant, largest, rms, judged, self._total, work, totals)
+        return EnergyReport(self.invariant, largest, rms, judged, self._total, work, totals, given)

@@ -13,6 +13,7 @@ from fieldsim.dynamics.radau_kernels import Flights, Leg, dense_kernel, radau_ke
 from fieldsim.dynamics.radau_tables import ORDER, Series
 from fieldsim.dynamics.radau_windows import Windows
 from fieldsim.dynamics.sources import Sources, tables
+from fieldsim.dynamics.state import renew
 from fieldsim.errors import InputError
 from fieldsim.launch import launch
 from fieldsim.potentials import cells
@@ -62,7 +63,7 @@ class RadauRun:
 
     def __init__(self, radau: Radau, world, sources: Sources, positions, velocities, time: float, *, threads=None):
         self._sources, self._device, self._threads = sources, positions.device, threads
-        self._windows = Windows(sources, world, time, self._device)
+        self._world, self._windows = world, Windows(sources, world, time, self._device)
         self._count = len(positions)
         self._flights = self._start(positions, velocities, time)
         self._running = wp.zeros(self._count, dtype=wp.int32, device=self._device)
@@ -95,6 +96,18 @@ class RadauRun:
         leg.extent = float(np.abs(rows[:, cells.POSITIONS]).max(initial=0.0) + rows[:, cells.SIZE].max(initial=0.0))
         leg.stride = 0.5 * min(reaches, default=math.inf)
         return leg
+
+    def restart(self, which, positions, velocities, time: float) -> None:
+        """Let the particles `which` (N,) start anew at `time` from Warp arrays (N,) of vec3d; the others fly on.
+
+        What was counted of them, and their closest passages, are kept.
+        """
+        if time < self._windows.start:  # a run was interrupted and had gone ahead
+            self._windows, self._tables = Windows(self._sources, self._world, time, self._device), None
+            which = np.ones(self._count, dtype=bool)
+        fresh = self._start(positions, velocities, time)
+        names = [name for name in Flights.vars if name not in ("steps", "evaluations", "tau", "tau_at")]
+        renew(Flights, self._flights, fresh, which, names)
 
     @property
     def steps(self) -> int:

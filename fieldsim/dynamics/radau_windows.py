@@ -91,14 +91,14 @@ def _coefficients(samples):
 
 
 class Windows:
-    """The windows of one world's sources in turn, from `start` on. `end`: of the present one."""
+    """The windows of one world's sources in turn, from `start` on. `start`, `end`: of the present one."""
 
     def __init__(self, sources: Sources, world, start: float, device):
         self._sources = sources
         self._device = device
         self._keys = keyframes(world)
         self._length = self._longest = FIRST_LENGTH
-        self.end = start if sources.moving else math.inf
+        self.start, self.end = start, start if sources.moving else math.inf
         self.rows = np.zeros((0, cells.WIDTH))
         self.window = Window()
         self.window.end = self.end
@@ -115,7 +115,7 @@ class Windows:
                 break
             length = 0.5 * (end - start)
         self._length, self._longest = length, max(length, self._longest)
-        self.end = end
+        self.start, self.end = start, end
         self.window.end, self.window.middle, self.window.half = end, 0.5 * (start + end), 0.5 * (end - start)
         changes = np.argwhere((samples != samples[0]).any(axis=0))
         self.rows = samples[0]

@@ -16,7 +16,15 @@ from fieldsim.dynamics.refusals import refuse_method
 from fieldsim.dynamics.rigid_body import FreeBody, free_body, log_slope
 from fieldsim.dynamics.rigid_start import refuse_overlaps, refuse_unequal_pulls
 from fieldsim.dynamics.rigid_steps import Splitting, energy_kernel, rigid_kernel
-from fieldsim.dynamics.rigid_tables import HOST, host_array, masses_of, prescribed_tables, shells_of, state_of
+from fieldsim.dynamics.rigid_tables import (
+    HOST,
+    host_array,
+    masses_of,
+    prescribed_tables,
+    shells_of,
+    state_of,
+    weights_of,
+)
 from fieldsim.dynamics.rigid_track import Track
 from fieldsim.dynamics.sources import Sources
 from fieldsim.errors import FieldsimError, FieldsimWarning
@@ -26,6 +34,12 @@ from fieldsim.world.motion import Pose
 
 # Contacts want steps shorter than this share of 1 / (their angular frequency).
 RESOLVED = 0.5
+
+
+# What of a body's state follows which fields of `Rigid`.
+_PLACE, _TURNING = ("position", "rotation"), ("rotation", "angular_velocity")
+_GIVERS = {"x": _PLACE, "x_rest": _PLACE, "q": ("rotation",), "p": ("velocity",), "p_rest": ("velocity",)}
+_GIVERS |= dict.fromkeys(("spin", "spin_rest", "e", "e_rest"), _TURNING)
 
 
 class FreeBodies(Uncopied):
@@ -50,16 +64,56 @@ class FreeBodies(Uncopied):
         poses = world.at(time).poses
         refuse_overlaps(world, self.starts, poses, time, [start.index for start in self.starts])
         refuse_bodies_on_sources(world, poses, time, self.starts)
+        self._harden()
+        self._stand()
+
+    def _harden(self):
+        """Give contacts the stiffness that the energy of now asks for."""
         budget = self.kinetic_energies.sum() + abs(self.potential_energy())
-        surfaces = [body.surface.at(time) for body in world.bodies if body.surface is not None]
+        surfaces = [body.surface.at(self.time) for body in self.world.bodies if body.surface is not None]
         gentlest = min(map(log_slope, surfaces), default=0.0)
         self.stiffnesses = [start.stiffness(budget, gentlest) if start.shell else 0.0 for start in self.starts]
-        self._shells = shells_of(self.starts, self.stiffnesses)
+        self._shells.weights = weights_of(self.starts, self.stiffnesses)
         # Alone a surface meets nothing.
         hardest = zip(self.starts, self.stiffnesses, strict=True) if len(surfaces) > 1 else ()
         self._quickest = max((s.quickest(k, budget, gentlest) for s, k in hardest if k), default=0.0)
         self._warned = False
-        self._track = self._tracked([time], self._state.x.numpy()[None], self._state.q.numpy()[None])
+
+    def _stand(self):
+        """Know the bodies' poses of now alone."""
+        self._track = self._tracked([self.time], self._state.x.numpy()[None], self._state.q.numpy()[None])
+
+    def moved(self, index: int, motion: dict) -> FreeBody:
+        """Body `index` of the world as if it started now, with the given fields of its `Rigid`."""
+        b, pose = self._number[index], self.present[index]
+        start, turn = self.starts[b], Pose(rotation=motion.get("rotation", pose.rotation))
+        # About an axis without a moment nothing turns but by rounding.
+        axes = (turn.matrix @ start.frame.matrix)[:, ~start.idle]
+        now = {"position": pose.position, "rotation": pose.rotation, "velocity": self.momenta[b] / start.mass}
+        now["angular_velocity"] = axes @ (axes.T @ self.angular_velocities[b])
+        return start.moved(**now | motion)
+
+    def refuse_place(self, start: FreeBody, poses, time: float) -> None:
+        """Raise InputError where a body would start in another one or on a bare source; poses: of all bodies then."""
+        starts = [start if other.index == start.index else other for other in self.starts]
+        refuse_overlaps(self.world, starts, poses, time, [start.index])
+        refuse_bodies_on_sources(self.world, poses, time, starts)
+
+    def put(self, start: FreeBody, given, time: float) -> None:
+        """Let a body go on from `time`, now, as it starts, in what the fields of `Rigid` that are `given` say."""
+        b = self._number[start.index]
+        self.starts[b], self.time = start, time
+        fresh = state_of([start])
+        for name, givers in _GIVERS.items():
+            if any(giver in given for giver in givers):
+                getattr(self._state, name).numpy()[b] = getattr(fresh, name).numpy()[0]
+        self._harden()
+        self._stand()
+
+    def poses_with(self, time: float, moved=None) -> tuple[Pose, ...]:
+        """The poses of all the world's bodies at `time`, now, but for those of `moved`, by index."""
+        known = self.present | (moved or {})
+        return tuple(known.get(i) or body.pose_at(time) for i, body in enumerate(self.world.bodies))
 
     def __len__(self) -> int:
         return len(self.starts)

@@ -30,7 +30,8 @@ _GENTLE = {Cauchy: 2.0, InverseSquare: 1.0, Newtonian: 0.25}
 class FreeBody:
     """One free body as it starts. index: among the world's bodies; frame: its principal frame in the body's frame.
 
-    mass; moments (3,), ascending, any put in the place of those that are none (see `Rigid`): nothing turns there.
+    mass; moments (3,), ascending, any put in the place of those that are none (see `Rigid`): nothing turns there; idle
+    (3,): which those are. Raises InputError for a spin about an axis without a moment.
     """
 
     index: int
@@ -39,6 +40,23 @@ class FreeBody:
     mass: float
     moments: np.ndarray
     frame: Pose
+    idle: np.ndarray
+
+    def __post_init__(self):
+        spin = self.body.motion.matrix.T @ np.array(self.body.motion.angular_velocity)
+        if self.idle.any() and np.abs(self.frame.matrix[:, self.idle].T @ spin).max() > 1e-9 * np.linalg.norm(spin):
+            what = "a point" if self.idle.all() else "a straight line"
+            raise InputError(
+                f"{self.name}: its mass lies on {what}, which has no inertia to spin about itself with; give its "
+                "motion inertia='solid' or a matrix, or an angular_velocity without that part"
+            )
+
+    def moved(self, **motion) -> "FreeBody":
+        """The same body that starts with other fields of its `Rigid`."""
+        body = dataclasses.replace(self.body, motion=dataclasses.replace(self.body.motion, **motion))
+        found = dataclasses.replace(self, body=body)
+        found.__dict__["shell"] = self.shell
+        return found
 
     @property
     def center(self) -> np.ndarray:
@@ -147,17 +165,9 @@ def free_body(index, body) -> FreeBody:
     properties = mass_properties(body)
     moments, axes = properties.principal()
     frame = Pose(tuple(properties.center), tuple(quaternion.of_matrix(axes)))
-    none = moments <= NOTHING * moments[2]
-    if none.any():
-        spin = np.array(body.motion.matrix).T @ np.array(body.motion.angular_velocity)
-        if np.abs(axes[:, none].T @ spin).max() > 1e-9 * np.linalg.norm(spin):
-            what = "a point" if none.all() else "a straight line"
-            raise InputError(
-                f"{name}: its mass lies on {what}, which has no inertia to spin about itself with; give its motion "
-                "inertia='solid' or a matrix, or an angular_velocity without that part"
-            )
-        moments = np.where(none, moments[2] or properties.mass, moments)
-    return FreeBody(index, name, body, properties.mass, moments, frame)
+    idle = moments <= NOTHING * moments[2]
+    moments = np.where(idle, moments[2] or properties.mass, moments)
+    return FreeBody(index, name, body, properties.mass, moments, frame, idle)
 
 
 def _extent(skeleton):

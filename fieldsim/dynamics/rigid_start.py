@@ -1,6 +1,7 @@
 """What free bodies may start as: apart from each other and from what stands, and with pulls that are mutual."""
 
 import dataclasses
+import functools
 import math
 
 import numpy as np
@@ -48,17 +49,28 @@ def refuse_unequal_pulls(starts: list[FreeBody]) -> None:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Extent:
-    """Where one surface is: its elements in the body's frame, which is at `pose`, and points on or within it, there.
+    """Where one surface is: its elements in the body's frame, which is at `pose`.
 
-    center (3,), world frame, and radius: of a sphere that holds it.
+    free: its `FreeBody`, or None; skeleton: as it is now; center (3,), world frame, and radius: of a sphere around it.
     """
 
     name: str
     elements: cells.Elements
     pose: Pose
-    points: np.ndarray
+    free: FreeBody | None
+    skeleton: tuple
     center: np.ndarray
     radius: float
+
+    @functools.cached_property
+    def points(self) -> np.ndarray:
+        """Points on it, of a free body, and within it, (n, 3) in the body's frame."""
+        points = np.zeros((0, 3)) if self.free is None else self.free.shell_points
+        if math.isinf(self.radius):
+            return points
+        inner, _ = mass_points(self.skeleton, [INNER[primitive.dimension] for primitive in self.skeleton])
+        # What takes away from the surface lies outside.
+        return np.concatenate([points, inner[field_of_elements(self.elements, inner)[0] > OVERLAP]])
 
     def holds(self, other: "Extent") -> bool:
         """Whether a point of the other lies in this one."""
@@ -68,21 +80,17 @@ class Extent:
         return len(local) > 0 and bool(field_of_elements(self.elements, local)[0].max() > OVERLAP)
 
 
-def extent_of(name: str, body, pose: Pose, time: float, shell=None) -> Extent:
-    """The extent of a body's surface; shell (n, 3): points on it, in the body's frame."""
+def extent_of(name: str, body, pose: Pose, time: float, free: FreeBody | None) -> Extent:
+    """The extent of a body's surface at `time`."""
     elements = body.surface_elements(time)
-    skeleton = [primitive.at(time) for primitive in body.skeleton]
-    points = np.zeros((0, 3)) if shell is None else shell
+    skeleton = tuple(primitive.at(time) for primitive in body.skeleton)
     middle, radius = np.zeros(3), math.inf
     if not any(isinstance(primitive, Plane) for primitive in skeleton):
-        inner, _ = mass_points(skeleton, [INNER[primitive.dimension] for primitive in skeleton])
-        # What takes away from the surface lies outside.
-        points = np.concatenate([points, inner[field_of_elements(elements, inner)[0] > OVERLAP]])
         low, high = zip(*(primitive.box for primitive in skeleton), strict=True)
         low, high = np.min(low, axis=0), np.max(high, axis=0)
         reach = with_reach(elements.rows, elements.kinds, len(elements))[:, REACH].max()
         middle, radius = 0.5 * (low + high), float(0.5 * np.linalg.norm(high - low) + reach)
-    return Extent(name, elements, pose, points, pose.matrix @ middle + pose.position, radius)
+    return Extent(name, elements, pose, free, skeleton, pose.matrix @ middle + pose.position, radius)
 
 
 def refuse_overlaps(world, starts: list[FreeBody], poses, time: float, moved) -> None:
@@ -94,8 +102,7 @@ def refuse_overlaps(world, starts: list[FreeBody], poses, time: float, moved) ->
     extents = {}
     for index, body in enumerate(world.bodies):
         if body.surface is not None:
-            shell = free[index].shell_points if index in free else None
-            extents[index] = extent_of(body_name(index, body), body, poses[index], time, shell)
+            extents[index] = extent_of(body_name(index, body), body, poses[index], time, free.get(index))
     indices = np.array(list(extents), dtype=int)
     centers = np.array([extent.center for extent in extents.values()])
     radii = np.array([extent.radius for extent in extents.values()])

@@ -56,11 +56,10 @@ def shells_of(starts, stiffnesses) -> Shells:
     """Free bodies as contact sees them; stiffnesses: one per body."""
     shells = Shells()
     found = [start.shell for start in starts if start.shell]
-    weights = [k * start.shell.areas for start, k in zip(starts, stiffnesses, strict=True) if start.shell]
     before = np.cumsum([0, *(len(shell.points) for shell in found)])
     ends = [shell.ends + first for shell, first in zip(found, before, strict=False)]
     shells.points = host_array(np.concatenate([np.zeros((0, 3)), *(shell.points for shell in found)]), wp.vec3d)
-    shells.weights = host_array(np.concatenate([[], *weights]), wp.float64)
+    shells.weights = weights_of(starts, stiffnesses)
     shells.blocks = host_array(np.concatenate([np.zeros((0, 4)), *(shell.blocks for shell in found)]), wp.vec4d)
     shells.block_end = wp.array(np.concatenate([[], *ends]), dtype=wp.int32, device=HOST)
     shells.first_block = _firsts([start.shell.ends if start.shell else () for start in starts])
@@ -68,6 +67,12 @@ def shells_of(starts, stiffnesses) -> Shells:
     reach = [np.linalg.norm(start.shell.points, axis=1).max() if start.shell else 0.0 for start in starts]
     shells.reach = host_array(1.01 * np.array(reach), wp.float64)
     return shells
+
+
+def weights_of(starts, stiffnesses):
+    """Area times stiffness of all points of surfaces; stiffnesses: one per body."""
+    weights = [k * start.shell.areas for start, k in zip(starts, stiffnesses, strict=True) if start.shell]
+    return host_array(np.concatenate([[], *weights]), wp.float64)
 
 
 def host_array(values, dtype):

@@ -1,5 +1,6 @@
 """Simulations: particles moved through the fields of a world's bodies."""
 
+import contextlib
 import functools
 import math
 import warnings
@@ -11,16 +12,17 @@ from fieldsim import validate
 from fieldsim.arrays import kept
 from fieldsim.copies import Uncopied
 from fieldsim.dynamics.auto import Auto, Choice, choose, integrator_of
+from fieldsim.dynamics.balls import MOVING, Balls
 from fieldsim.dynamics.bare import refuse_particles_on_sources
 from fieldsim.dynamics.events import Events, balls_of, events_of
 from fieldsim.dynamics.integrators import moments
 from fieldsim.dynamics.mutual import MutualGravity
 from fieldsim.dynamics.radau import Radau, RadauRun
-from fieldsim.dynamics.refusals import refuse_method, refuse_mixture
+from fieldsim.dynamics.refusals import body_name, refuse_method, refuse_mixture
 from fieldsim.dynamics.rigid import FreeBodies
 from fieldsim.dynamics.rigid_diagnostics import Wrenches, wrenches
 from fieldsim.dynamics.sources import Sources, Stages, field_and_gradient, upload
-from fieldsim.dynamics.state import state_of
+from fieldsim.dynamics.state import State, renew, state_of
 from fieldsim.dynamics.steps import LANES, contact_kernel, method_of, release_kernel, splitting_kernel
 from fieldsim.dynamics.surfaces import Surfaces
 from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
@@ -58,7 +60,7 @@ class Simulation(Uncopied):
         self.integrator = integrator_of("Simulation", integrator)
         refuse_mixture("Simulation", world)
         self._steps_done = 0
-        self._watchers = []
+        self._watchers, self._ledgers = [], []
         self._free = FreeBodies(world, self.time)
         self._gravity = Sources(world, "gravity", self.time, self._free.poses)
         self._mutual = MutualGravity(world, self.device, threads)
@@ -73,8 +75,7 @@ class Simulation(Uncopied):
         self._eventful = bool(self._surfaces) or world.escape_radius is not None
         kept = self._kept(log) if self._eventful else 0
         self._balls = balls_of(world.particles, world.escape_radius, grain, kept, self.device)
-        if self._surfaces:
-            self._release()
+        self._state.x = self._release(self._state.x)
         refuse_particles_on_sources(world, world.at(self.time).poses, self.time, self.positions)
         if isinstance(self.integrator, Auto):
             options = {"time": self.time, "device": device, "threads": threads}
@@ -86,7 +87,7 @@ class Simulation(Uncopied):
             start = self._state.x, self._state.v, self.time
             self.radau = RadauRun(self.integrator, world, self._gravity, *start, threads=threads)
         self._still = upload(self._gravity, np.array([self.time]), self.device)
-        _, self._state.a = field_and_gradient(self._gravity, self._still, self._state.x, threads=threads)
+        self._state.a = self._pull(self._state.x)
 
     @property
     def _count(self):
@@ -104,22 +105,25 @@ class Simulation(Uncopied):
             raise InputError(f"Simulation: log is {log!r}; give a whole number of events per particle, at least 1")
         return log
 
-    def _release(self):
-        """Particles that start inside a surface are moved out of it, with a warning."""
+    def _release(self, x, which=True):
+        """Positions x (N,) with those of the particles `which` that lie inside a surface moved out, with a warning."""
+        if not self._surfaces:
+            return x
+        given = x.numpy().copy()
         inside = wp.empty(self._count, dtype=wp.int32, device=self.device)
         # Two equal stages: the world as it is now, standing still.
         surfaces = self._surfaces.upload(np.array([self.time, self.time]), self.device)
         kernel = release_kernel(self._surfaces.sources.kinds_used)
-        inputs, outputs = [surfaces, self._balls], [self._state.x, inside]
-        launch(kernel, self._count, inputs, outputs, device=self.device, threads=self.threads)
-        count = int(inside.numpy().sum())
-        if count:
+        launch(kernel, self._count, [surfaces, self._balls], [x, inside], device=self.device, threads=self.threads)
+        out = (inside.numpy() != 0) & which
+        if out.any():
             warnings.warn(
-                f"{count} of {self._count} particles start inside a surface and were moved out of it; "
+                f"{out.sum()} of {self._count} particles start inside a surface and were moved out of it; "
                 "start them farther away or give them contact=None",
                 FieldsimWarning,
                 stacklevel=3,
             )
+        return wp.array(np.where(out[:, None], x.numpy(), given), dtype=wp.vec3d, device=self.device)
 
     def _sets(self, array):
         """Copies on the host to read only, one (N, 3) array per set of particles."""
@@ -235,6 +239,116 @@ class Simulation(Uncopied):
             groups = -(-self._count // LANES) if together else self._count
             launch(kernel, groups, [len(steps), method, gravity], [self._state], grain=2, **options)
 
+    # Manoeuvres
+
+    def set_particles(self, index: int = 0, *, positions=None, velocities=None, spins=None) -> None:
+        """Give particles other positions, velocities or spins now: a manoeuvre, between two calls of `advance`.
+
+            simulation.set_particles(0, velocities=simulation.velocities[0] + (0, 0.1, 0))
+
+        index: of the set of particles. Each (N, 3), world frame; what is not given stays. Particles whose rows are
+        what they were go on as if nothing had happened. The others start anew from here, as in a Simulation that begins
+        now: with fresh steps and sums, and moving, also where they had rested, were absorbed or had escaped; within a
+        surface they are moved out of it, with a warning. What they made so far, bounces and events, is kept.
+
+        An `EnergyLog` takes into account what the manoeuvre gives. Raises InputError, and changes nothing, for what
+        does not fit the set, and for a place on a bare source.
+        """
+        who = "Simulation.set_particles"
+        self._refuse_changes()
+        if not self._sizes:
+            raise InputError(f"{who}: its world has no particles; give it some, world.add_particles(...)")
+        index = validate.whole(who, "index", index, at_least=0, at_most=len(self._sizes) - 1)
+        given = {"positions": positions, "velocities": velocities, "spins": spins}
+        given = {name: value for name, value in given.items() if value is not None}
+        if not given:
+            raise InputError(f"{who}: nothing is given; give positions=, velocities= or spins=")
+        end = sum(self._sizes[: index + 1])
+        rows = slice(end - self._sizes[index], end)
+        now = {"positions": self._state.x, "velocities": self._state.v, "spins": self._balls.spins}
+        arrays = {name: array.numpy().copy() for name, array in now.items()}
+        for name, value in given.items():
+            arrays[name][rows] = validate.numbers(who, name, value, shape=(self._sizes[index], 3))
+        changed = np.any([arrays[name] != array.numpy() for name, array in now.items()], axis=(0, 2))
+        x = self._release(wp.array(arrays["positions"], dtype=wp.vec3d, device=self.device), changed)
+        refuse_particles_on_sources(self.world, self._free.poses_with(self.time), self.time, self._sets(x))
+        with self._manoeuvre():
+            self._restart(changed, x.numpy(), arrays["velocities"], arrays["spins"])
+
+    def set_body(self, index: int, *, position=None, rotation=None, velocity=None, angular_velocity=None) -> None:
+        """Give a free body another place, turn or motion now: a manoeuvre, between two calls of `advance`.
+
+            simulation.set_body(1, velocity=(0, 0.5, 0))
+
+        index: among the world's bodies. The others are as in `Rigid`; what is not given stays. Contacts get the
+        stiffness that the energy of now asks for (see `Rigid`). Particles stay where they are, but where the body comes
+        over them they are moved out of its surface, with a warning, and start anew.
+
+        An `EnergyLog` takes into account what the manoeuvre gives. Raises InputError, and changes nothing, for a body
+        that does not move freely, and where it would lie in another one or on a bare source.
+        """
+        who = "Simulation.set_body"
+        self._refuse_changes()
+        if not self._free:
+            raise InputError(f"{who}: no body of its world moves freely; give one motion=fs.Rigid()")
+        index = validate.whole(who, "index", index, at_least=0, at_most=len(self.world.bodies) - 1)
+        body = self.world.bodies[index]
+        if not body.free:
+            raise InputError(f"{who}: {body_name(index, body)} moves as it is told; give it motion=fs.Rigid()")
+        given = {"position": position, "velocity": velocity, "angular_velocity": angular_velocity}
+        given = {name: validate.vector(who, name, value) for name, value in given.items() if value is not None}
+        if rotation is not None:
+            given["rotation"] = tuple(validate.numbers(who, "rotation", rotation, shape=(4,)).tolist())
+        if not given:
+            raise InputError(f"{who}: nothing is given; give position=, rotation=, velocity= or angular_velocity=")
+        start = self._free.moved(index, given)
+        poses = self._free.poses_with(self.time, {index: start.body.motion})
+        if "position" in given or "rotation" in given:
+            self._free.refuse_place(start, poses, self.time)
+            refuse_particles_on_sources(self.world, poses, self.time, self.positions)
+        with self._manoeuvre():
+            self._free.put(start, given, self.time)
+            before = self._state.x.numpy().copy()
+            x = self._release(wp.clone(self._state.x)).numpy()
+            self._restart((x != before).any(axis=1), x, self._state.v.numpy(), self._balls.spins.numpy())
+            self._state.a = self._pull(self._state.x)
+
+    def _restart(self, changed, positions, velocities, spins):
+        """Let the particles `changed` (N,) start anew from here; arrays (N, 3) of all."""
+        fresh = state_of(positions, velocities, self.device)
+        fresh.a = self._pull(fresh.x)
+        renew(State, self._state, fresh, changed)
+        balls = Balls()
+        balls.spins = wp.array(spins, dtype=wp.vec3d, device=self.device)
+        balls.states = wp.full(self._count, MOVING, dtype=wp.int32, device=self.device)
+        renew(Balls, self._balls, balls, changed, ("spins", "states"))
+        if self.radau:
+            self.radau.restart(changed, fresh.x, fresh.v, self.time)
+
+    def _pull(self, x):
+        """Accelerations by the bodies at x, now."""
+        gravity = self._gravity_at(np.array([self.time]))
+        return field_and_gradient(self._gravity, gravity, x, threads=self.threads)[1]
+
+    @contextlib.contextmanager
+    def _manoeuvre(self):
+        """What happens within is a manoeuvre: what keeps account of the motion is told of it."""
+        before = [ledger.measured() for ledger in self._ledgers]
+        yield
+        for ledger, measured in zip(self._ledgers, before, strict=True):
+            ledger.manoeuvred(measured)
+        if self.choice and not self.radau:
+            warnings.warn(
+                f"Simulation: {self.integrator} was chosen for the motion as it started, not for what a manoeuvre "
+                "makes of it; make another Simulation from here to have it chosen anew, or give an integrator",
+                FieldsimWarning,
+                stacklevel=4,
+            )
+
+    def account(self, ledger) -> None:
+        """Call `ledger.manoeuvred(ledger.measured())`, the latter ahead of each manoeuvre and the former after it."""
+        self._ledgers.append(ledger)
+
     def watch(self, watcher) -> None:
         """Call `watcher(sources, state, steps, start, dt)` ahead of every launch of `steps` from time `start` on."""
         self._watchers.append(watcher)
@@ -290,9 +404,7 @@ class Simulation(Uncopied):
     def snapshot(self) -> Snapshot:
         """The present moment."""
         self._refuse_changes()
-        free = self._free.present
-        poses = tuple(free.get(i) or body.pose_at(self.time) for i, body in enumerate(self.world.bodies))
-        return Snapshot(self.world, self.time, poses, self.positions, self.velocities)
+        return Snapshot(self.world, self.time, self._free.poses_with(self.time), self.positions, self.velocities)
 
     def snapshots(self, times):
         """Advance to each of the increasing `times` in turn and yield the snapshot there.

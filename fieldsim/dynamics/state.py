@@ -30,6 +30,15 @@ def state_of(positions, velocities, device) -> State:
     return state
 
 
+def renew(kind, table, fresh, which, names=None) -> None:
+    """Rows `which` (N,) of the arrays `names` (all unless told) of a Warp struct are those of `fresh` from now on."""
+    for name in names or kind.vars:
+        array = getattr(table, name)
+        rows = array.numpy().copy()
+        rows[which] = getattr(fresh, name).numpy()[which]
+        setattr(table, name, wp.array(rows, dtype=array.dtype, device=array.device))
+
+
 @wp.func
 def added(total: Any, rest: Any, step: Any):
     """`total + step` and its new rest, of vectors or of rows of them.

@@ -42,6 +42,16 @@ class Total:
         self.drifts.append(float(np.linalg.norm(value - self._start) / max(self._scale, np.finfo(float).tiny)))
         return self.drifts[-1]
 
+    def measured(self):
+        """The total now."""
+        return self._measure()[0]
+
+    def shift(self, before) -> None:
+        """What a manoeuvre has made of the total `before` it is no drift."""
+        value, scale = self._measure()
+        self._start = self._start + (value - before)
+        self._scale = max(self._scale, scale)
+
     @property
     def drift(self) -> Drift:
         """What was seen so far."""

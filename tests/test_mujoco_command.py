@@ -1,6 +1,7 @@
 """Films of MuJoCo models from the command line, and beside MuJoCo's own pictures."""
 
 import re
+import types
 
 import imageio.v3 as imageio
 import mujoco
@@ -148,3 +149,26 @@ def test_mujocos_own_picture_stands_beside(opengl, tmp_path):
     theirs = own.sum(axis=2) > 0
     assert theirs.sum() > 10
     assert np.sum(ours ^ theirs) < 0.5 * theirs.sum()
+
+
+class _NoRenderer:
+    """In place of MuJoCo's, where there is no OpenGL."""
+
+    def __init__(self, model, height, width):
+        self.scene, self._picture = types.SimpleNamespace(camera=[]), np.zeros((height, width, 3), np.uint8)
+
+    def update_scene(self, data):
+        pass
+
+    def render(self):
+        return self._picture
+
+
+def test_what_is_changed_in_the_model_is_seen_beside(monkeypatch):
+    monkeypatch.setattr(mujoco, "Renderer", _NoRenderer)
+    model, data = posed(BALL.format(gravity="0 0 0"))
+    beside, scene = Beside(model, (8, 8)), fs.mujoco.Scene(fs.World(), model)
+    model.geom_rgba[0], model.geom_size[0, 0] = (1, 0, 0, 1), 0.3
+    beside.frame(scene.snapshot(data), CAMERA)
+    np.testing.assert_array_equal(beside.model.geom_rgba[0], (1, 0, 0, 1))
+    assert beside.model.geom_size[0, 0] == 0.3

@@ -205,3 +205,16 @@ def test_gravity_at_a_point_moves_with_its_sources():
     np.testing.assert_allclose(found, [(0, 2.0, 1 / 9)], atol=1e-12)
     with pytest.raises(fs.InputError, match="points"):
         forces.gravity_at("here")
+
+
+def test_compensation_that_actuators_would_do_is_told_of():
+    model = mujoco.MjModel.from_xml_string(
+        '<mujoco><option gravity="0 0 0"/><worldbody><body pos="2 0 0" gravcomp="1">'
+        '<joint name="j" actuatorgravcomp="true"/><geom size=".1" pos=".3 0 0"/></body></worldbody>'
+        '<sensor><jointactuatorfrc name="motor" joint="j"/></sensor></mujoco>'
+    )
+    data = mujoco.MjData(model)
+    with pytest.warns(fs.FieldsimWarning, match=r"sensor 'motor' \(jointactfrc\) take no account"):
+        fs.mujoco.FieldForces(model, data, PLANET, native=False)
+    model.body_gravcomp[:] = 0.0
+    fs.mujoco.FieldForces(model, data, PLANET, native=False)

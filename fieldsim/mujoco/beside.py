@@ -7,20 +7,22 @@ import mujoco
 import numpy as np
 
 from fieldsim.errors import FieldsimError, InputError
-from fieldsim.mujoco.scene import ModelSnapshot
+from fieldsim.mujoco.scene import LOOKS, ModelSnapshot
 from fieldsim.render.camera import Camera
 
 NEAR, FAR = 0.01, 1000.0
+FRAMES = tuple(f"{of}_{what}" for of in ("body", "geom", "site") for what in ("pos", "quat"))
 
 
 class Beside:
     """MuJoCo's own renderer as a drawer of frames: of the model alone, without what only the world holds.
 
-    size: (width, height). Raises FieldsimError where there is no OpenGL context for it.
+    size: (width, height). Colours, sizes and frames that are changed in the model are seen. Raises FieldsimError where
+    there is no OpenGL context for it.
     """
 
     def __init__(self, model, size):
-        self.model = copy.copy(model)
+        self._given, self.model = model, copy.copy(model)
         width, height = size
         self.model.vis.global_.offwidth, self.model.vis.global_.offheight = width, height
         try:
@@ -38,6 +40,8 @@ class Beside:
         if state is None:
             raise InputError("MuJoCo's own picture needs a snapshot of a run, not of a recording")
         data = self._data
+        for name in (*LOOKS, *FRAMES):
+            getattr(self.model, name)[:] = getattr(self._given, name)
         data.time, data.qpos[:], data.mocap_pos[:], data.mocap_quat[:] = state
         mujoco.mj_fwdPosition(self.model, data)
         self._renderer.update_scene(data)

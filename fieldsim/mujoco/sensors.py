@@ -35,12 +35,18 @@ def _corrected(model) -> list[int]:
 def _beyond(model, contact: bool) -> list[int]:
     """The sensors that a field or its surfaces make read wrongly, and that `readings` cannot correct."""
     touching = [getattr(Sensor, name) for name in TOUCHING if contact and hasattr(Sensor, name)]
+    # The compensation of a field is no work of actuators, as that of MuJoCo's gravity may be.
+    compensating = bool(model.body_gravcomp.any())
+    by_actuators = [compensating and bool(one) for one in model.jnt_actgravcomp]
     late = model.sensor_needstage == mujoco.mjtStage.mjSTAGE_ACC
     kinds, known = [_type(model, k) for k in range(model.nsensor)], _corrected(model)
     return [
         k
         for k, kind in enumerate(kinds)
-        if kind in touching or (kind in OWN and late[k]) or (kind in CORRECTED and k not in known)
+        if kind in touching
+        or (kind == Sensor.mjSENS_JOINTACTFRC and by_actuators[model.sensor_objid[k]])
+        or (kind in OWN and late[k])
+        or (kind in CORRECTED and k not in known)
     ]
 
 

@@ -14,44 +14,75 @@ import threading
 _DEAF = {"__del__", "_raw_object_cache_notify", "_raw_object_cache_getbuffer"}
 _AGAIN = 0.02  # seconds
 
-_heard = False
-_come: int | None = None
+
+class _Hearing:
+    """The signals that are heard at a time."""
+
+    def __init__(self, names):
+        self.come: int | None = None
+        self.before = {}
+        self.timer = None
+        # Handlers of others, and that signals are ignored (as `nohup` asks for), stay as they are.
+        usual = (signal.SIG_DFL, signal.default_int_handler)
+        for name in names:
+            number = getattr(signal, name, None)  # not every system has all
+            if number is not None and signal.getsignal(number) in usual:
+                self.before[number] = signal.signal(number, self.handle)
+
+    def handle(self, number, frame):
+        """What Python calls when a signal has come."""
+        self.come = self.come or number
+        while frame is not None:
+            if frame.f_code.co_name in _DEAF:
+                return self._come_again(number)
+            frame = frame.f_back
+        raise KeyboardInterrupt
+
+    def _come_again(self, number):
+        self.timer = threading.Timer(_AGAIN, _thread.interrupt_main, (number,))
+        self.timer.daemon = True
+        self.timer.start()
+
+    def forget_timer(self):
+        """Let the signal not come again: it is obeyed."""
+        if self.timer is not None:
+            self.timer.cancel()
+            self.timer = None
+
+    def end(self):
+        self.forget_timer()
+        for number, handler in self.before.items():
+            signal.signal(number, handler)
+
+
+_hearing: _Hearing | None = None
 
 
 def come() -> int | None:
     """The signal that has come, while signals are heard."""
-    return _come
+    return _hearing.come if _hearing else None
 
 
 def check() -> None:
     """Raise KeyboardInterrupt if a signal has come, in the main thread."""
-    if _come is not None and threading.current_thread() is threading.main_thread():
+    if come() is not None and threading.current_thread() is threading.main_thread():
+        _hearing.forget_timer()
         raise KeyboardInterrupt
 
 
 @contextlib.contextmanager
 def heard(*names):
-    """Within the block the signals of these names raise KeyboardInterrupt and are remembered.
-
-    Handlers of others, and that signals are ignored (as `nohup` asks for), stay as they are.
-    """
-    global _heard, _come
-    if _heard or threading.current_thread() is not threading.main_thread():
+    """Within the block the signals of these names raise KeyboardInterrupt and are remembered."""
+    global _hearing
+    if _hearing or threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = {}
-    usual = (signal.SIG_DFL, signal.default_int_handler)
-    _heard, _come = True, None
+    _hearing = _Hearing(names)
     try:
-        for name in names:
-            number = getattr(signal, name, None)  # not every system has all
-            if number is not None and signal.getsignal(number) in usual:
-                before[number] = signal.signal(number, _handle)
         yield
     finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-        _heard, _come = False, None
+        _hearing.end()
+        _hearing = None
 
 
 @contextlib.contextmanager
@@ -64,16 +95,3 @@ def obeyed():
             check()
             raise
         check()
-
-
-def _handle(number, frame):
-    global _come
-    _come = _come or number
-    while frame is not None:
-        if frame.f_code.co_name in _DEAF:
-            timer = threading.Timer(_AGAIN, _thread.interrupt_main, (number,))
-            timer.daemon = True
-            timer.start()
-            return
-        frame = frame.f_back
-    raise KeyboardInterrupt

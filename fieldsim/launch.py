@@ -14,7 +14,6 @@ import sys
 import tempfile
 import threading
 import time
-from typing import ClassVar
 
 import warp as wp
 
@@ -196,25 +195,24 @@ if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_pool.cache_clear)
 
 
+# Slices of a launch take about so long [s]; so long, what items took last time is trusted.
+_SLICE, _TRUSTED = 0.1, 0.0005
+# Seconds that an item took last, by kernel.
+_paces = {}
+
+
 class _Slices:
     """The slices of a launch, which threads take in turn until all are done.
 
     How long items take differs by powers of ten, and no launch can be broken off: the first slices are small, and
-    others as large as takes about SECONDS, so that Ctrl-C is obeyed soon.
+    others as large as takes about a tenth of a second, so that Ctrl-C is obeyed soon.
     """
 
-    SECONDS = 0.1
-    TRUSTED = 0.002  # what an item took last time is trusted for slices that would take so long
-    _paces: ClassVar[dict] = {}  # seconds that an item took last, by kernel
-
-    def __init__(self, kernel, count, grain, threads, arguments, device):
-        self._kernel, self._count, self._arguments, self._device = kernel, count, arguments, device
-        is_alone = threads == 1 or count < 2 * grain
-        self.threads = 1 if is_alone else threads
-        self._most = count if is_alone else max(grain, -(-count // (4 * threads)))
-        trusted = int(self.TRUSTED / self._paces.get(kernel, math.inf))
-        self._size = min(self._most, max(1, grain // 8, trusted))
-        self._next = 0
+    def __init__(self, kernel, count, most, arguments, device):
+        self._kernel, self._count, self._most = kernel, count, most
+        self._arguments, self._device = arguments, device
+        self._size = min(most, max(1, int(_TRUSTED / _paces.get(kernel, math.inf))))
+        self._next = self._largest = 0
         self._lock = threading.Lock()
         self.stopped = False
 
@@ -232,8 +230,9 @@ class _Slices:
 
     def _learn(self, size, seconds):
         """Fit the size of the slices to come."""
-        self._paces[self._kernel] = seconds / size
-        self._size = max(1, min(self._most, int(size * min(4.0, self.SECONDS / max(seconds, 1e-9)))))
+        if size >= self._largest:
+            self._largest, _paces[self._kernel] = size, seconds / size
+        self._size = max(1, min(self._most, int(size * min(4.0, _SLICE / max(seconds, 1e-9)))))
 
 
 def launch(kernel, count, inputs, outputs=(), *, device, grain=256, threads=None):
@@ -249,16 +248,19 @@ def launch(kernel, count, inputs, outputs=(), *, device, grain=256, threads=None
     if count == 0:
         return
     _loading.load(kernel, device)
-    if device.is_cuda:
+    if device.is_cuda or count * _paces.get(kernel, math.inf) < _TRUSTED:
+        begin = time.perf_counter()
         wp.launch(kernel, dim=count, inputs=[0, *arguments], device=device)
+        _paces[kernel] = (time.perf_counter() - begin) / count
         return
-    slices = _Slices(kernel, count, grain, threads or THREADS, arguments, device)
-    if slices.threads == 1:
-        slices.work()
+    threads = threads or THREADS
+    if threads == 1 or count < 2 * grain:
+        _Slices(kernel, count, count, arguments, device).work()
         return
+    slices = _Slices(kernel, count, max(grain, -(-count // (4 * threads))), arguments, device)
     at_work = []
     try:
-        at_work += (_pool().submit(slices.work) for _ in range(slices.threads))
+        at_work += (_pool().submit(slices.work) for _ in range(threads))
         for one in at_work:
             one.result()
     except BaseException:

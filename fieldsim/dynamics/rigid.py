@@ -121,6 +121,14 @@ class FreeBodies(Uncopied):
     # Motion
 
     @property
+    def evaluations(self) -> int:
+        """Evaluations of an element that a stage takes, about: each one's with each other's."""
+        if not self:
+            return 0
+        own = len(self._masses.kinds) + len(self._shells.kinds)
+        return own * (own + len(self._gravity) + len(self._surfaces))
+
+    @property
     def _kinds(self):
         """Kinds that occur: of gravity and of surfaces, each of the prescribed bodies' and the free ones' elements."""
         masses, shells = (tuple(np.unique(t.kinds.numpy()).tolist()) for t in (self._masses, self._shells))

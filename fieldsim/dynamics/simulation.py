@@ -201,8 +201,9 @@ class Simulation(Uncopied):
     def _steps_per_launch(self):
         """Launches are kept short enough for small tables and a prompt answer to Ctrl-C."""
         stages = len(self.integrator.drifts)
-        pulling = max(1, len(self._gravity) + len(self._mutual))
-        by_work = LAUNCH_WORK // (max(1, self._count) * pulling * stages)
+        touched = len(self._surfaces) if self._surfaces else 0
+        each = max(1, len(self._gravity) + len(self._mutual) + touched)
+        by_work = LAUNCH_WORK // ((max(1, self._count) * each + self._free.evaluations) * stages)
         by_rows = LAUNCH_ROWS // (max(1, len(self._gravity.moving_kinds)) * stages)
         return max(1, min(LAUNCH_STEPS, by_work, by_rows))
 

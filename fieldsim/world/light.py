@@ -10,13 +10,16 @@ from fieldsim.errors import InputError
 from fieldsim.world.color import color_rgb
 from fieldsim.world.pixels import Pixels
 
+# What a pixel is given at most must not keep Ctrl-C waiting.
+MOST_SAMPLES = 1 << 14
+
 
 @dataclasses.dataclass(frozen=True)
 class Light:
     """What lights share: a colour, an intensity, and whether they cast shadows.
 
     Brightness does not fall with distance. samples: rays at most towards a light with an extent, whose shadows are
-    soft.
+    soft, from 1 to 16384.
     """
 
     color: object = "white"
@@ -28,8 +31,8 @@ class Light:
         color_rgb(type(self).__name__, self.color)
         value = validate.number(type(self).__name__, "intensity", self.intensity, at_least=0.0)
         object.__setattr__(self, "intensity", value)
-        if not (isinstance(self.samples, int) and self.samples >= 1):
-            raise InputError(f"{type(self).__name__}: samples is {self.samples!r}; give a whole number of at least 1")
+        samples = validate.whole(type(self).__name__, "samples", self.samples, at_least=1, at_most=MOST_SAMPLES)
+        object.__setattr__(self, "samples", samples)
 
     @property
     def rgb(self) -> tuple[float, float, float]:

@@ -1,0 +1,173 @@
+"""Interrupts: none is lost, wherever Python is when it comes, and long launches are left soon."""
+
+import ctypes
+import signal
+import sys
+import threading
+import time
+
+import pytest
+import warp as wp
+
+from fieldsim import interrupts
+from fieldsim.launch import launch, loading
+
+
+def interrupt():
+    signal.raise_signal(signal.SIGINT)
+
+
+class Destroyed:
+    def __del__(self):
+        interrupt()
+
+
+def in_a_destructor():
+    Destroyed()
+
+
+def as_llvm_calls():
+    def _raw_object_cache_notify():
+        interrupt()
+
+    ctypes.CFUNCTYPE(None)(_raw_object_cache_notify)()
+
+
+def in_any_callback():
+    ctypes.CFUNCTYPE(None)(interrupt)()
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+@pytest.mark.parametrize("place", [interrupt, in_a_destructor, as_llvm_calls, in_any_callback])
+@pytest.mark.parametrize("block", [interrupts.obeyed, loading])
+def test_an_interrupt_is_obeyed_wherever_it_comes(place, block, monkeypatch):
+    monkeypatch.setattr(sys, "unraisablehook", lambda _: None)
+    before = signal.getsignal(signal.SIGINT)
+    with pytest.raises(KeyboardInterrupt), block():
+        place()
+    assert interrupts.come() is None
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_where_python_would_lose_it_it_is_not_raised(monkeypatch):
+    lost = []
+    monkeypatch.setattr(sys, "unraisablehook", lost.append)
+    for place in (in_a_destructor, as_llvm_calls):
+        with pytest.raises(KeyboardInterrupt), interrupts.obeyed():
+            place()
+    assert lost == []
+
+
+def test_an_error_does_not_hide_an_interrupt(monkeypatch):
+    monkeypatch.setattr(sys, "unraisablehook", lambda _: None)
+
+    @interrupts.obeyed()
+    def fail(place):
+        place()
+        raise ValueError("alone")
+
+    with pytest.raises(KeyboardInterrupt) as raised:
+        fail(in_any_callback)
+    assert isinstance(raised.value.__context__, ValueError)
+    with pytest.raises(ValueError, match="alone"):
+        fail(lambda: None)
+
+
+def test_the_next_launch_raises_an_interrupt_that_was_lost(monkeypatch):
+    monkeypatch.setattr(sys, "unraisablehook", lambda _: None)
+    out = wp.zeros(1, dtype=int, device="cpu")
+
+    @interrupts.obeyed()
+    def run():
+        in_any_callback()
+        launch(_spin, 1, [1], [out], device="cpu")
+
+    with pytest.raises(KeyboardInterrupt):
+        run()
+    assert out.numpy()[0] == 0
+
+
+def test_what_waited_comes_once():
+    """It is not raised again in what follows."""
+
+    @interrupts.obeyed()
+    def run():
+        as_llvm_calls()
+        interrupts.check()
+
+    with pytest.raises(KeyboardInterrupt):
+        run()
+    time.sleep(0.1)
+
+
+def test_signals_that_are_ignored_or_taken_stay_so():
+    mine = lambda *_: None  # noqa: E731
+    for handler in (signal.SIG_IGN, mine):
+        before = signal.signal(signal.SIGTERM, handler)
+        try:
+            with interrupts.heard("SIGTERM", "SIGNOTHERE"):
+                assert signal.getsignal(signal.SIGTERM) is handler
+        finally:
+            signal.signal(signal.SIGTERM, before)
+
+
+def test_other_threads_leave_signals_alone():
+    failures = []
+
+    def run():
+        try:
+            with interrupts.obeyed(), interrupts.heard("SIGTERM"):
+                interrupts.check()
+        except BaseException as error:
+            failures.append(error)
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    thread.join()
+    assert failures == []
+
+
+@wp.kernel(enable_backward=False)
+def _spin(start: int, turns: int, out: wp.array(dtype=int)):
+    i = start + wp.tid()
+    x = float(start)
+    for _k in range(turns):
+        x = wp.sin(x + 1.0)
+    out[i] = wp.where(x > 2.0, 2, 1)
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+@pytest.mark.parametrize("grain", [1, 4096])
+def test_a_long_launch_is_left_between_slices(threads, grain):
+    out = wp.zeros(8000, dtype=int, device="cpu")
+    launch(_spin, 1, [1], [out], device="cpu")  # compiled
+    threading.Timer(0.3, lambda: signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)).start()
+    with pytest.raises(KeyboardInterrupt):
+        # Milliseconds an item: a minute in all.
+        launch(_spin, len(out), [300_000], [out], device="cpu", threads=threads, grain=grain)
+    done = out.numpy().sum()
+    assert done < len(out) / 2
+    # The threads have ended, too.
+    launch(_spin, 1, [1], [out], device="cpu")
+    assert out.numpy().sum() == done
+
+
+@pytest.mark.parametrize("count", [1, 7, 511, 512, 5000])
+@pytest.mark.parametrize("grain", [1, 16, 256])
+@pytest.mark.parametrize("threads", [1, 2, 5])
+def test_every_item_is_launched_once(count, grain, threads):
+    out = wp.zeros(count, dtype=int, device="cpu")
+    for _ in range(2):  # with and without knowing what items take
+        launch(_count, count, [], [out], device="cpu", grain=grain, threads=threads)
+    assert (out.numpy() == 2).all()
+
+
+@wp.kernel(enable_backward=False)
+def _count(start: int, out: wp.array(dtype=int)):
+    i = start + wp.tid()
+    out[i] = out[i] + 1
+
+
+def test_an_error_in_a_launch_comes_through():
+    with pytest.raises(RuntimeError):
+        launch(_count, 2000, [], [wp.zeros(2000, dtype=float, device="cpu")], device="cpu", grain=1)

@@ -130,6 +130,12 @@ def say(error: BaseException, words: str) -> None:
         error.add_note(words)
 
 
+def kept_words(where, count: int, planned: int | None, noun: str) -> str:
+    """Words on what was kept: film.mp4 keeps the 6 of 10 frames made before."""
+    of = "" if planned is None else f" of {planned}"
+    return f"{where} keeps the {count}{of} {noun}{'' if (planned or count) == 1 else 's'} made before"
+
+
 def remove_left(folder: pathlib.Path) -> None:
     """Remove the parts in `folder` whose writers were killed, and warn of that."""
     if fcntl is None:

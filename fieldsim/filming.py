@@ -159,7 +159,8 @@ def film(
     begun = time.perf_counter()
     with contextlib.ExitStack() as stack:
         width, height = size
-        target = stack.enter_context(Film(out, (2 * width, height) if beside else size, fps))
+        target = Film(out, (2 * width, height) if beside else size, fps, planned=len(times))
+        stack.enter_context(target)
         if target.still and not record:
             times = times[-1:]
         report = Report(target.path, target.size, 1 if target.still else len(times))
@@ -172,7 +173,8 @@ def film(
             moments = map(functools.partial(recorded.at, world=scenario.shown), times)
         frames = zip(*[iter(moments)] * exposures, strict=False)
         if record:
-            frames = _kept(frames, stack.enter_context(Recording(record, about_run(scenario, fps))))
+            recording = Recording(record, about_run(scenario, fps), planned=len(times))
+            frames = _kept(frames, stack.enter_context(recording))
         for done, snapshots in enumerate(frames, 1):
             if done == len(times) or not target.still:
                 with report.rendering.running():

@@ -32,15 +32,17 @@ class Recording(Uncopied):
     The file appears under its name when the block ends. When it is left by an error or an interrupt, the snapshots so
     far appear under that name if there was nothing before, else as `run.partial.npz`, and the error says so; without
     snapshots nothing appears. What was there before is replaced by a whole recording only.
-    about: what the entry `about.json` says of the run, see `about_run`.
+    about: what the entry `about.json` says of the run, see `about_run`. planned: how many snapshots there shall be, for
+    messages.
     Raises InputError for a path that cannot be, before anything is written, and FilmError when writing fails.
     """
 
     _remedy = "make one in each process"
 
-    def __init__(self, path, about: dict | None = None):
+    def __init__(self, path, about: dict | None = None, *, planned: int | None = None):
         path = validate.path("Recording", "path", path)
         self._about = validate.instance("Recording", "about", about or {}, dict, "give a dict")
+        self._planned = None if planned is None else validate.whole("Recording", "planned", planned, at_least=0)
         if path.suffix != ".npz":
             raise InputError(f"Recording: {str(path)!r} should end in .npz")
         self.path = files.checked_target("Recording", path)
@@ -113,8 +115,7 @@ class Recording(Uncopied):
         try:
             kept = self._finished(whole=error is None)
             if kept and error is not None:
-                count = "the snapshot" if self.count == 1 else f"the {self.count} snapshots"
-                files.say(error, f"{kept} keeps {count} made before")
+                files.say(error, files.kept_words(kept, self.count, self._planned, "snapshot"))
         except OSError as reason:
             if error is None:
                 raise FilmError(f"{self.path}: writing failed, nothing is kept: {reason.strerror or reason}") from None

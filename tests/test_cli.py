@@ -374,8 +374,8 @@ def test_an_interrupted_run_keeps_what_it_has_beside_what_there_was(here, signum
     code, errors = ended_by(signum, *arguments)
     assert code == status
     found = re.fullmatch(
-        r"fieldsim: interrupted; p\.partial\.npz keeps the (\d+) snapshots made before; "
-        r"p\.partial\.gif keeps the (\d+) frames made before",
+        r"fieldsim: interrupted; p\.partial\.npz keeps the (\d+) of 1000000 snapshots made before; "
+        r"p\.partial\.gif keeps the (\d+) of 1000000 frames made before",
         errors.strip().splitlines()[-1],
     )
     assert "Traceback" not in errors
@@ -389,7 +389,7 @@ def test_an_interrupted_run_keeps_what_it_has_under_its_own_name(here):
     (here / "scenarios" / "slow.py").write_text(textwrap.dedent(SLOW))
     code, errors = ended_by(signal.SIGINT, "run", "slow", "--size", "32x18", "--out", "f/", "--quality", "draft")
     assert code == 130
-    assert re.search(r"interrupted; f keeps the \d+ frames made before\n$", errors)
+    assert re.search(r"interrupted; f keeps the \d+ of 1000000 frames made before\n$", errors)
     assert films(here) == ["f"]
     assert (here / "f" / "frame_0004.png").exists()
 
@@ -423,7 +423,7 @@ def test_a_motion_that_ends_the_script_is_status_1_and_named(here, capsys):
     assert fieldsim("run", "bad", "--size", "8x8", "--out", "p.gif") == 1
     told = capsys.readouterr().err
     assert "bad.py" in told
-    assert "p.gif keeps the 3 frames made before" in told
+    assert "p.gif keeps the 3 of 1000000 frames made before" in told
 
 
 # What scripts call their parameters

@@ -48,7 +48,9 @@ def test_a_film_of_a_recording_is_that_of_the_run(tmp_path):
 
 
 def test_a_failed_run_keeps_its_snapshots(tmp_path):
-    with pytest.raises(fs.FieldsimError, match=r"run\.npz keeps the 4 snapshots .*run\.gif keeps the 4 frames"):
+    with pytest.raises(
+        fs.FieldsimError, match=r"run\.npz keeps the 4 of 5 snapshots .*run\.gif keeps the 4 of 5 frames"
+    ):
         fs.film(scenario(fail_at=0.7), tmp_path / "run.gif", size=(16, 8), record=tmp_path / "run.npz")
     assert len(fs.Recorded(tmp_path / "run.npz")) == 4
     assert not list(tmp_path.glob(".*"))

@@ -66,11 +66,12 @@ class Film(Uncopied):
 
     _remedy = "make one in each process"
 
-    def __init__(self, path, size=None, fps: float = 30.0):
+    def __init__(self, path, size=None, fps: float = 30.0, *, planned: int | None = None):
         self._target = validate.path("Film", "path", path)
         self.path = os.fspath(path)
         self.fps = validate.number("Film", "fps", fps, at_least=SLOWEST, at_most=FASTEST)
         self.size = None if size is None else checked_size("Film", size)
+        self.planned = None if planned is None else validate.whole("Film", "planned", planned, at_least=0)
         self.frames = 0
         self._format = _format_of(self.path)
         self._format.check(self._target)
@@ -151,8 +152,7 @@ class Film(Uncopied):
             name = self._writer.keep(self._part)
         except OSError:
             return ""
-        count = "the frame" if self.frames == 1 else f"the {self.frames} frames"
-        return f"{name} keeps {count} made before"
+        return files.kept_words(name, self.frames, self.planned, "frame")
 
     def _close(self):
         """Let go of what is open, and remove what has not appeared."""

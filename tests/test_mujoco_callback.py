@@ -152,7 +152,7 @@ def test_the_layout_is_checked(box):
 
 def test_a_layout_that_is_not_known_is_refused(monkeypatch):
     monkeypatch.setattr(layout, "FIELDS", (*layout.FIELDS, "xquaternion"))
-    with pytest.raises(fs.FieldsimError, match=r"describes mjData in a way that is not known.*use native=False"):
+    with pytest.raises(fs.FieldsimError, match=r"describes mjData in a way that is not known.*install a version"):
         layout.offsets()
 
 

@@ -11,9 +11,9 @@ from fieldsim.mujoco.wrenches import pull_at_center, pull_on_points
 
 
 @functools.cache
-def wrench_on(points: bool, contact: bool, native: bool):
+def wrench_on(accuracy: str, contact: bool, native: bool):
     """Function (k, plan, views, turns of gravity, of surfaces) -> force, torque, energies of field and contact."""
-    pull = (pull_on_points if points else pull_at_center)(native)
+    pull = pull_at_center(native) if accuracy == "torque" else pull_on_points(native, accuracy == "points")
     push = touch(native)
 
     @maker(native)
@@ -31,13 +31,13 @@ def wrench_on(points: bool, contact: bool, native: bool):
 
 
 @functools.cache
-def actor(points: bool, contact: bool, native: bool):
+def actor(accuracy: str, contact: bool, native: bool):
     """Function (plan, views, turns, turns, hung, found): add the field's generalised forces to views.qfrc_passive.
 
     hung (nbody, 6): room for the torque and force on all that hangs on each body. found (n, 8) or (0, 8): where forces,
     torques and energies of field and contact of every body are left, if anywhere.
     """
-    wrench = wrench_on(points, contact, native)
+    wrench = wrench_on(accuracy, contact, native)
     fill = turning(native)
     dot, cross, _ = vectors(native)
 

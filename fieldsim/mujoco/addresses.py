@@ -25,16 +25,30 @@ doubles, words, halves = _pointer(types.float64), _pointer(types.int64), _pointe
 
 
 @intrinsic
-def call(typing_context, function, one, two, three):
-    """Call the C function at an address with three addresses (one that takes fewer leaves the others unread)."""
+def call(typing_context, function, one, two, three, four):
+    """What the C function at an address gives for four words (one that takes fewer leaves the others unread).
+
+    Of a function that gives nothing, or less than a word, what stands beside it means nothing.
+    """
 
     def generate(context, builder, signature, arguments):
         word = context.get_value_type(types.intp)
-        kind = ir.FunctionType(ir.VoidType(), [word, word, word])
-        builder.call(builder.inttoptr(arguments[0], kind.as_pointer()), arguments[1:])
-        return context.get_dummy_value()
+        kind = ir.FunctionType(word, [word] * 4)
+        return builder.call(builder.inttoptr(arguments[0], kind.as_pointer()), arguments[1:])
 
-    return types.void(types.intp, types.intp, types.intp, types.intp), generate
+    return types.intp(*[types.intp] * 5), generate
+
+
+@intrinsic
+def count(typing_context, address, change):
+    """Add to the word at an address, at once for all threads, and in order with what stands before and behind it."""
+
+    def generate(context, builder, signature, arguments):
+        word = context.get_value_type(types.intp)
+        pointer = builder.inttoptr(arguments[0], word.as_pointer())
+        return builder.atomic_rmw("add", pointer, arguments[1], "seq_cst")
+
+    return types.intp(types.intp, types.intp), generate
 
 
 @intrinsic

@@ -46,8 +46,20 @@ class Contact:
             object.__setattr__(self, name, validate.number("Contact", name, getattr(self, name), at_least=0.0))
 
     def stiffness(self, mass: float, size: float) -> float:
-        """Such that a hit of `mass` at `speed` goes `depth` times `size` deep: m v^2 / 2 = stiffness d^3 / 3."""
-        return 1.5 * mass * self.speed**2 / (self.depth * size) ** 3
+        """Such that a hit of `mass` at `speed` goes `depth` times `size` deep: m v^2 / 2 = stiffness d^3 / 3.
+
+        Raises InputError where that is no number above 0.
+        """
+        mass = validate.number("Contact.stiffness", "mass", mass, above=0.0)
+        size = validate.number("Contact.stiffness", "size", size, above=0.0)
+        with np.errstate(over="ignore", under="ignore", divide="ignore", invalid="ignore"):
+            found = float(1.5 * mass * np.float64(self.speed) ** 2 / np.float64(self.depth * size) ** 3)
+        if not 0.0 < found < np.inf:
+            raise InputError(
+                f"Contact: speed {self.speed:g} and depth {self.depth:g} give a stiffness of {found:g} for mass "
+                f"{mass:g} and size {size:g}; give the speed of the fastest hit in the model's units, and a share"
+            )
+        return found
 
 
 def longest_step(rows, mass: float, law: Contact) -> float:

@@ -1,80 +1,150 @@
 """Who owns `mjcb_passive`: MuJoCo has one such callback for the whole process.
 
 While any `FieldForces` is active ours is in its place, and calls first what was there before; the last one that ends
-puts that back. Each acts on its own model alone, so several models may be in several fields at once.
+puts that back. Each acts on its own model and on copies of it, so several models may be in several fields at once, in
+threads that come and go, too. What a user sets in the meantime is not undone: the field is off then, and that is told.
 """
 
 import ctypes
+import functools
+import os
+import threading
 
 import mujoco
 
 from fieldsim.errors import InputError
 from fieldsim.mujoco import native
 
-# By the address of the model, in the order of their beginning.
+# Guards what follows; native code reads its rows without it.
+_lock = threading.RLock()
+# Who acts, by the row that stands for it; and who did, and may be at work still in another thread.
 _active: dict[int, object] = {}
-_before = None
+_leaving: dict[int, object] = {}
+# Rows that were active while a callback that the user set stood in the place of ours.
+_displaced: set[int] = set()
+# What was there before; what Python is told is there now.
+_before = _ours = None
 
 
 def begin(forces) -> None:
     """Let a FieldForces act on its model; raises InputError where that model has one already."""
-    global _before
-    if forces.model._address in _active:
-        raise InputError(
-            "FieldForces: this model is in the forces of another FieldForces already; leave that one first, or "
-            "give all sources to one"
-        )
-    if len(_active) == native.MOST:
-        raise InputError(f"FieldForces: {native.MOST} models are in fields already; leave some of them first")
-    if not _active:
-        _before = mujoco.get_mjcb_passive()
-    _active[forces.model._address] = forces
-    _install()
+    with _lock:
+        if any(other.model._address == forces.model._address for other in _active.values()):
+            raise InputError(
+                "FieldForces: this model is in the forces of another FieldForces already; leave that one first, or "
+                "give all sources to one"
+            )
+        _forget()
+        row = next((row for row in range(native.MOST) if row not in _active and row not in _leaving), None)
+        if row is None:
+            raise InputError(f"FieldForces: {native.MOST} models are in fields already; leave some of them first")
+        if not in_place():
+            _displaced.update(_active)
+            _install()
+        _active[row] = forces
+        native.set_mark(forces.model._address, forces.mark)
+        native.publish(row, forces.entry, forces.data._address)
 
 
-def end(forces) -> None:
-    """Let it act no more."""
-    global _before
-    _active.pop(forces.model._address, None)
-    if _active:
-        return _install()
-    mujoco.set_mjcb_passive(_before)
-    _before = None
-    native.REGISTRY[0] = 0
+def renew(forces) -> bool:
+    """Take its new entry, if it acts. Whether no thread is at work with the one before."""
+    with _lock:
+        row = _row_of(forces)
+        if row is not None:
+            native.renew(row, forces.entry)
+        return row is None or not native.is_busy(row)
+
+
+def end(forces) -> tuple[bool, int, int]:
+    """Let it act no more. Whether it was displaced, and what moved without the field (see `native.strangers`)."""
+    with _lock:
+        row = _row_of(forces)
+        if row is None:
+            return False, 0, 0
+        found = not in_place() or row in _displaced, *native.strangers(row)
+        _displaced.discard(row)
+        native.withdraw(row)
+        _leaving[row] = _active.pop(row)
+        _forget()
+        if not _active:
+            _restore()
+        return found
 
 
 def active(forces) -> bool:
-    """Whether it acts now."""
-    return _active.get(forces.model._address) is forces
+    """Whether it was entered, and not left."""
+    with _lock:
+        return _row_of(forces) is not None
 
 
 def is_native() -> bool:
-    """Whether native code can do all that is asked for."""
-    foreign = _before is None or isinstance(_before, ctypes._CFuncPtr)
-    return foreign and all(forces.free_of_python for forces in _active.values())
+    """Whether all that ours calls is native code, and ours is in its place."""
+    return in_place() and not _asks_python(_before) and all(forces.free_of_python for forces in _active.values())
+
+
+def in_place() -> bool:
+    """Whether MuJoCo calls ours."""
+    return _ours is not None and _pointer().value == native.dispatcher(_act).address
+
+
+def _row_of(forces):
+    return next((row for row, other in _active.items() if other is forces), None)
+
+
+def _forget():
+    for row in [row for row in _leaving if not native.is_busy(row)]:
+        del _leaving[row]
+
+
+@functools.cache
+def _pointer():
+    """MuJoCo's own variable."""
+    return ctypes.c_void_p.in_dll(native.library(), "mjcb_passive")
+
+
+def _asks_python(callback):
+    return callback is not None and not isinstance(callback, ctypes._CFuncPtr)
 
 
 def _install():
-    if not is_native():
-        mujoco.set_mjcb_passive(_dispatch)
-        return
-    table = native.REGISTRY
-    table[0] = len(_active), ctypes.cast(_before, ctypes.c_void_p).value if _before else 0, 0
-    for row, (model, forces) in zip(table[1:], _active.items(), strict=False):
-        row[:] = model, *forces.addresses
-    mujoco.set_mjcb_passive(_native_callback())
+    global _before, _ours
+    found, address = mujoco.get_mjcb_passive(), native.dispatcher(_act).address
+    if found is not None and found is _ours:
+        found = _before  # ours, set again by hand
+    _before = found
+    if _asks_python(found):
+        # MuJoCo keeps it, and we call what MuJoCo would: its own way into Python.
+        _ours = functools.partial(found)
+        mujoco.set_mjcb_passive(_ours)
+        native.HEADER[1] = _pointer().value
+        _pointer().value = address
+    else:
+        native.HEADER[1] = ctypes.cast(found, ctypes.c_void_p).value if found else 0
+        _ours = native.POINTER(address)
+        mujoco.set_mjcb_passive(_ours)
 
 
-def _native_callback():
-    return native.POINTER(native.dispatcher().address)
+def _restore():
+    """Put back what was there, unless the user has set something else."""
+    global _before, _ours
+    if mujoco.get_mjcb_passive() is _ours:
+        mujoco.set_mjcb_passive(_before)
+    native.HEADER[1] = 0
+    _before = _ours = None
 
 
-def _dispatch(model, data):
-    """The same in Python, where a callback or a motion is known to Python only."""
-    if isinstance(_before, ctypes._CFuncPtr):
-        _before(model._address, data._address)
-    elif _before is not None:
-        _before(model, data)
-    forces = _active.get(model._address)
-    if forces is not None:
-        forces.act(data)
+def _act(model: int, data: int) -> None:
+    """What native code asks of Python: to act where a source's motion, or all, is known to Python only."""
+    for find in (lambda entry: entry[0] == model, lambda entry: native.is_copy(entry, model)):
+        for forces in list(_active.values()):
+            if find(forces.entry):
+                return forces.act_at(model, data)
+
+
+def _after_a_fork():
+    global _lock
+    _lock = threading.RLock()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_after_a_fork)

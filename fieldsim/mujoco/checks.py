@@ -3,13 +3,13 @@
 import mujoco
 import numpy as np
 
+from fieldsim import validate
 from fieldsim.errors import InputError
 
 
 def model_and_data(model, data) -> None:
     """Refuse what is no model, and data that belong to another one."""
-    if not isinstance(model, mujoco.MjModel):
-        raise InputError(f"FieldForces: model is {model!r}; give a mujoco.MjModel")
+    validate.instance("FieldForces", "model", model, mujoco.MjModel, "give a mujoco.MjModel")
     own_data(model, data)
     if not model.nv:
         raise InputError("FieldForces: the model has no degree of freedom; give it a joint, or nothing can move")
@@ -17,22 +17,49 @@ def model_and_data(model, data) -> None:
 
 def own_data(model, data) -> None:
     """Refuse what is no MjData of this model."""
-    if not isinstance(data, mujoco.MjData):
-        raise InputError(f"FieldForces: data is {data!r}; give a mujoco.MjData of the model")
+    validate.instance("FieldForces", "data", data, mujoco.MjData, "give a mujoco.MjData of the model")
     if data.model._address != model._address:
         raise InputError(
             "FieldForces: this data belongs to another model; make one of this model: data = mujoco.MjData(model)"
         )
 
 
-def options(model) -> None:
-    """Refuse options of the model under which MuJoCo would not ask for forces."""
+def state(data) -> None:
+    """Refuse a state that is not finite."""
+    for name in ("time", "qpos", "qvel", "mocap_pos", "mocap_quat"):
+        value = np.ravel(getattr(data, name))
+        bad = np.flatnonzero(~np.isfinite(value))
+        if bad.size:
+            raise InputError(
+                f"FieldForces: data.{name}[{bad[0]}] is {value[bad[0]]}; give a finite state, such as that after "
+                "mujoco.mj_resetData(model, data)"
+            )
+
+
+def masses(model, bodies) -> None:
+    """Refuse masses that were set to what no body has."""
+    bad = [int(body) for body in bodies if not 0.0 < model.body_mass[body] < np.inf]
+    if bad:
+        name = model.body(bad[0]).name or bad[0]
+        raise InputError(f"FieldForces: body {name!r} has mass {model.body_mass[bad[0]]:g}; give it a mass above 0")
+
+
+def without_passive_forces(model) -> str | None:
+    """What to do about an option under which MuJoCo would not ask for forces; None where it does ask."""
     bits = mujoco.mjtDisableBit
     off = ("mjDSBL_PASSIVE",) if hasattr(bits, "mjDSBL_PASSIVE") else ("mjDSBL_SPRING", "mjDSBL_DAMPER")
     if all(model.opt.disableflags & getattr(bits, name) for name in off):
+        return "enable springs or dampers (<flag passive/spring/damper='enable'/>)"
+    return None
+
+
+def options(model) -> None:
+    """Refuse options of the model under which MuJoCo would not ask for forces."""
+    remedy = without_passive_forces(model)
+    if remedy:
         raise InputError(
             "FieldForces: the model's option disables passive forces, and MuJoCo then asks for no forces at all; "
-            "enable springs or dampers (<flag passive/spring/damper='enable'/>)"
+            f"{remedy}"
         )
     sleep = getattr(mujoco.mjtEnableBit, "mjENBL_SLEEP", 0)
     if model.opt.enableflags & sleep:
@@ -60,7 +87,9 @@ def bodies(model, chosen) -> np.ndarray:
         if not len(found):
             raise InputError("FieldForces: no body of the model has mass and can move; give one a joint and a mass")
         return found.astype(np.int64)
-    chosen = [chosen] if isinstance(chosen, str | int | np.integer) else list(chosen)
+    if isinstance(chosen, str | int | np.integer):
+        chosen = [chosen]
+    chosen = validate.listed("FieldForces", "bodies", chosen, "give names or numbers of bodies")
     found = [_body(model, one) for one in chosen]
     if not found:
         raise InputError("FieldForces: bodies is empty; name at least one, or leave it out for all")

@@ -6,7 +6,7 @@ only in second order. What is lost to damping and friction depends on the veloci
 
 A row of `balls` has the columns: 0-2 the centre in the body's inertial frame; 3-11 the matrix S of the ellipsoid
 centre + S u, |u| <= 1 (nothing for a point), by rows; 12 its greatest radius; 13 the stiffness; 14 whether the search
-for its deepest point starts from many directions. `law` is (slope, damping, friction, time step).
+for its deepest point starts from many directions. `law` is (slope, damping, friction, whether gravcomp counts).
 """
 
 import functools
@@ -187,7 +187,7 @@ def touch(native: bool):
         along = v[0] - rising * n[0], v[1] - rising * n[1], v[2] - rising * n[2]
         speed = math.sqrt(dot(along, along))
         # Coulomb's law, but never so strong that a time step turns the sliding round.
-        grip = min(plan.law[2] * (push + damped), 0.25 * plan.mass[b] / plan.law[3] * speed) / max(speed, 1e-300)
+        grip = min(plan.law[2] * (push + damped), 0.25 * views.mass[b] / views.timestep * speed) / max(speed, 1e-300)
         return (
             damped * n[0] - grip * along[0],
             damped * n[1] - grip * along[1],

@@ -149,8 +149,8 @@ def field_at(native: bool):
 
     @maker(native)
     def field(p, source, turned):
-        f, (x, y, z) = of_group(p, source, turned, 0)
-        for g in range(1, source.groups.shape[0]):
+        f, x, y, z = 0.0, 0.0, 0.0, 0.0
+        for g in range(source.groups.shape[0]):
             more, d = of_group(p, source, turned, g)
             f += more
             x += d[0]
@@ -196,8 +196,8 @@ def jet_at(native: bool):
 
     @maker(native)
     def jet(p, source, turned):
-        f, x, y, z, xx, yy, zz, xy, xz, yz = of_group(p, source, turned, 0)
-        for g in range(1, source.groups.shape[0]):
+        f, x, y, z, xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for g in range(source.groups.shape[0]):
             more = of_group(p, source, turned, g)
             f += more[0]
             x += more[1]

@@ -2,8 +2,10 @@
 
 import contextlib
 import functools
+import secrets
+import sys
+import threading
 import warnings
-import weakref
 
 import mujoco
 import numpy as np
@@ -12,19 +14,22 @@ from fieldsim import validate
 from fieldsim.copies import Uncopied, shallow
 from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.mujoco import callback, checks, layout, sensors
+from fieldsim.mujoco import native as compiled
 from fieldsim.mujoco.act import actor
 from fieldsim.mujoco.balls import Contact, body_balls, longest_step, slope_of
 from fieldsim.mujoco.contact import WIDTH
 from fieldsim.mujoco.energy import ModelEnergy, copy_state, own_energies
-from fieldsim.mujoco.points import equal_points, geom_points
+from fieldsim.mujoco.points import SIX, geom_points
 from fieldsim.mujoco.sums import LENGTHS
-from fieldsim.mujoco.tables import Plan, Table, renewed, sources_of, views_of
-from fieldsim.mujoco.watch import Watch, names_of
+from fieldsim.mujoco.tables import Plan, Table, sources_of
+from fieldsim.mujoco.watch import Watch
 from fieldsim.potentials.field import Field
 from fieldsim.world.body import Body
 
 ACCURACIES = ("points", "geoms", "torque")
 NOTHING = np.empty((0, 8))
+# Gravity that was switched off: a zero that can be told from one that a user sets.
+OFF = -0.0
 
 
 class FieldForces(Uncopied):
@@ -33,8 +38,9 @@ class FieldForces(Uncopied):
         with fs.mujoco.FieldForces(model, data, planet):
             mujoco.mj_step(model, data)
 
-    Within it MuJoCo's passive forces of every data of this model, at every stage of a step, include those of the
-    fields; other models are left alone, and may be in fields of their own at the same time.
+    Within it MuJoCo's passive forces of every data of this model, and of copies that are made of it from now on
+    (copy, deepcopy, pickle, `mujoco.rollout`, `mujoco.batch`), at every stage of a step, include those of the fields;
+    other models are left alone, and may be in fields of their own at the same time, in threads of their own too.
 
     sources: a Field, a Body or a World, or several; Bodies may move (Pose, Spin, Keyframes, functions of time) and
     deform. bodies: names or numbers of those that feel them, all that have mass and move unless told.
@@ -49,13 +55,16 @@ class FieldForces(Uncopied):
     Numbers of the model may be changed at any time (masses, inertias, frames and sizes of geoms, what touches, the time
     step): the next stage of a step sees it, as does every question; vertices of meshes are seen by questions, and
     when entered, or after `refresh()`. Of a body with gravcomp that share of the field's gravity is compensated.
+    Copies may have other masses, and inertias, and for accuracy "geoms" or contact nothing else than the model.
 
     To MuJoCo the field is a passive force: `mujoco.mj_inverse` takes it off as it does springs, but data.energy, the
     bias forces of `mj_rne` and some sensors leave it out. `energy()` has all energies, `readings()` what sensors read;
     a FieldsimWarning names the sensors (see `sensors`).
 
     Raises InputError for what cannot be (see `checks`), when made or when entered. What was there as MuJoCo's callback
-    runs first, and is put back at the end.
+    runs first, and is put back at the end; a callback, and gravity, that are set within outlive it. A FieldsimWarning
+    tells at the end where the field was off: another callback was set, passive forces were disabled, or the model was
+    compiled anew, as by MjSpec.recompile.
     """
 
     _remedy = "make one in each process, of a copy of the model"
@@ -73,41 +82,76 @@ class FieldForces(Uncopied):
         native: bool = True,
     ):
         checks.model_and_data(model, data)
-        if accuracy not in ACCURACIES:
-            raise InputError(f"FieldForces: accuracy is {accuracy!r}; give one of {', '.join(map(repr, ACCURACIES))}")
         self.model, self.data = model, data
         self.sources = sources_of(sources)
-        self._chosen, self._weighing = bodies, False
         self.bodies = checks.bodies(model, bodies)
-        self.accuracy, self.contact, self.keep_gravity, self.native = accuracy, contact, keep_gravity, native
+        self._chosen, self._weighing = None if bodies is None else self.bodies.tolist(), False
+        self.accuracy = validate.choice("FieldForces", "accuracy", accuracy, ACCURACIES)
+        self.contact, self.native = contact, validate.flag("FieldForces", "native", native)
+        self.keep_gravity = None if keep_gravity is None else validate.flag("FieldForces", "keep_gravity", keep_gravity)
         checks.gravity(model, keep_gravity)
-        checks.numbers(model, contact is not None or accuracy == "geoms")
+        checks.state(data)
         needs = "jet" if accuracy == "torque" else "field"
         self._gravity = Table(self.sources, "gravity", data.time, (needs,), native)
         self._surface = Table(self.sources if contact else (), "surface", data.time, LENGTHS, native)
         self._refuse_idle()
-        self._watch = Watch(model, names_of(accuracy, contact is not None), timestep=contact is not None)
-        self._plan = self._planned()
-        self._failure, self._outgrown = None, []
         sensors.warn(model, contact is not None)
         self._own_gravity = None
-        self._kind = accuracy != "torque", contact is not None
-        self._act = actor(*self._kind, native)
-        self._turns = [np.empty((len(table.arrays.groups), 9)) for table in (self._gravity, self._surface)]
-        self._hung = np.empty((model.nbody, 6))
+        # Guards what one evaluation at a time may use: sources that Python moves, tables, and room to work in.
+        self._lock = threading.RLock()
         # Another data of the model, for questions between steps.
         self._scratch = mujoco.MjData(model)
-        if native:
-            self._prepare(data)
+        layout.check(data, compiled.PLACES)
+        kind = accuracy, contact is not None
+        self._act = actor(*kind, native)
+        self._function = compiled.acting(*kind) if native else None
+        self._locked = compiled.LOCKED(self._function.address) if native else None
+        # Copies of the model keep the mark, by which they are known.
+        self.mark = secrets.randbits(32) | 1
+        # Tables that were given up, while another thread may be at work on them.
+        self._outgrown = []
+        # How often copies of the model were unlike it.
+        self._unlike = np.zeros(1, dtype=np.int64)
+        self._renew()
 
-    def _prepare(self, data):
-        from fieldsim.mujoco import native
+    def refresh(self) -> None:
+        """See numbers of the model that were changed; steps, questions and entering do so by themselves.
 
-        layout.check(data, native.PLACES)
-        self._changed = native.CALLED(_refreshing(weakref.ref(self)))
-        self._head = native.head_of(self._plan, self._watch.rows, self._changed)
-        self._function = native.acting(*self._kind)
-        self._locked = native.LOCKED(self._function.address)
+        Raises InputError for numbers that cannot be.
+        """
+        if self._watch.changed():
+            self._renew()
+
+    def _renew(self):
+        """Make all tables of what the model is now."""
+        with self._lock:
+            touching = self.contact is not None
+            checks.numbers(self.model, touching or self.accuracy == "geoms")
+            self.bodies = self._those_that_feel()
+            watch = Watch(self.model, self.accuracy, touching)
+            self._plan = self._planned()
+            self._turns = [np.empty((len(table.arrays.groups), 9)) for table in (self._gravity, self._surface)]
+            self._hung = np.empty((self.model.nbody, 6))
+            self._watch = watch
+            self._introduce()
+        if callback.active(self):
+            self._warn_of_long_steps()
+
+    def _those_that_feel(self):
+        if self._weighing and self._chosen is None:
+            return np.flatnonzero(self.model.body_mass > 0.0).astype(np.int64)
+        return checks.bodies(self.model, self._chosen)
+
+    def _introduce(self):
+        """Make the entry by which native code knows it."""
+        self._head = compiled.head_of(self._plan) if self.native else None
+        act = (self._function.address, self._head.ctypes.data) if self.free_of_python else (0, 0)
+        watched, unlike = self._watch.rows, self._unlike.ctypes.data
+        self.entry = compiled.entry_of(self.model, self.mark, *act, watched, unlike)
+        self._outgrown.append((self._watch, self._plan, self._head, self.entry))
+        compiled.set_mark(self.model._address, self.mark)
+        if callback.renew(self):
+            del self._outgrown[:-1]
 
     def _refuse_idle(self):
         if self.contact is not None and not isinstance(self.contact, Contact):
@@ -123,7 +167,8 @@ class FieldForces(Uncopied):
         model, bodies = self.model, self.bodies
         points, balls, law = self._mass_points(), self._balls(), np.zeros(4)
         if self.contact:
-            law[:] = slope_of(self._materials), self.contact.damping, self.contact.friction, model.opt.timestep
+            law[:3] = slope_of(self._materials), self.contact.damping, self.contact.friction
+        law[3] = not self._weighing
         places = np.full(model.nbody, -1, dtype=np.int64)
         places[bodies] = np.arange(len(bodies))
         return Plan(
@@ -132,9 +177,6 @@ class FieldForces(Uncopied):
             model.body_rootid.astype(np.int64),
             model.body_parentid.astype(np.int64),
             np.cumsum([0, *model.body_dofnum], dtype=np.int64),
-            model.body_mass,
-            model.body_inertia,
-            np.zeros(model.nbody) if self._weighing else model.body_gravcomp,
             _firsts(points),
             np.concatenate([np.zeros((0, 4)), *points]),
             _firsts(balls),
@@ -150,7 +192,7 @@ class FieldForces(Uncopied):
         if self.accuracy == "geoms":
             return [geom_points(model, body) for body in self.bodies]
         if self.accuracy == "points":
-            return [equal_points(model.body_mass[body], model.body_inertia[body]) for body in self.bodies]
+            return [SIX] * len(self.bodies)
         return [np.zeros((0, 4))] * len(self.bodies)
 
     @property
@@ -168,48 +210,27 @@ class FieldForces(Uncopied):
             for body, free in zip(self.bodies, moves, strict=True)
         ]
 
-    def refresh(self) -> None:
-        """See numbers of the model that were changed; steps, questions and entering do so by themselves.
-
-        Raises InputError for numbers that cannot be.
-        """
-        if self._watch.changed():
-            self._renew()
-
-    def _renew(self):
-        checks.numbers(self.model, self.contact is not None or self.accuracy == "geoms")
-        self.bodies = self._those_that_feel()
-        old, self._plan = self._plan, renewed(self._plan, self._planned())
-        # Another thread may be at work on them.
-        self._outgrown += [a for a, b in zip(old, self._plan, strict=True) if a is not b]
-        if self.native:
-            from fieldsim.mujoco import native
-
-            self._head[:] = native.head_of(self._plan, self._watch.rows, self._changed)
-        self._watch.renew()
-        self._failure = None
-        if callback.active(self):
-            self._warn_of_long_steps()
-
-    def _those_that_feel(self):
-        if self._weighing and self._chosen is None:
-            return np.flatnonzero(self.model.body_mass > 0.0).astype(np.int64)
-        return checks.bodies(self.model, self._chosen)
-
     # As a context
 
     def __enter__(self):
-        checks.own_data(self.model, self.data)
-        checks.options(self.model)
-        checks.gravity(self.model, self.keep_gravity)
+        model = self.model
+        checks.own_data(model, self.data)
+        checks.state(self.data)
+        checks.options(model)
+        checks.gravity(model, self.keep_gravity)
         self.refresh()
-        self._outgrown.clear()
-        checks.finite(self.model, self.bodies, np.hstack([self._surveyed(self.data), self._at_centers()]))
+        checks.finite(model, self.bodies, np.hstack([self._surveyed(self.data), self._at_centers()]))
         self._warn_of_long_steps()
-        callback.begin(self)
-        if self.keep_gravity is False:
-            self._own_gravity = self.model.opt.gravity.copy()
-            self.model.opt.gravity[:] = 0.0
+        try:
+            callback.begin(self)
+            if self.keep_gravity is False:
+                self._own_gravity = model.opt.gravity.copy()
+                model.opt.gravity[:] = OFF
+        except InputError:
+            raise
+        except BaseException:  # an interrupt: there will be no exit
+            self.__exit__(*sys.exc_info())
+            raise
         return self
 
     def _warn_of_long_steps(self):
@@ -218,7 +239,7 @@ class FieldForces(Uncopied):
         plan, step = self._plan, self.model.opt.timestep
         for k, body in enumerate(self.bodies):
             rows = plan.balls[plan.first_ball[k] : plan.first_ball[k + 1]]
-            longest = longest_step(rows, plan.mass[body], self.contact) if len(rows) else step
+            longest = longest_step(rows, self.model.body_mass[body], self.contact) if len(rows) else step
             if step > longest:
                 name = self.model.body(int(body)).name or int(body)
                 warnings.warn(
@@ -231,13 +252,41 @@ class FieldForces(Uncopied):
                 return
 
     def __exit__(self, *failure):
+        gravity = self.model.opt.gravity
         if self._own_gravity is not None:
-            self.model.opt.gravity[:] = self._own_gravity
+            # Unless the user set another one within.
+            if not gravity.any() and np.signbit(gravity).all():
+                gravity[:] = self._own_gravity
             self._own_gravity = None
-        callback.end(self)
-        failed, self._failure = self._failure, None
-        if failed and failure == (None, None, None):
-            raise failed
+        found = callback.end(self)
+        unlike, self._unlike[:] = self._unlike[0], 0
+        if not any(failure):
+            self._tell_when_it_was_off(*found)
+            if unlike:
+                self._say(
+                    "copies of the model had other masses or shapes, and felt the field as the model itself would; "
+                    "give each a FieldForces of its own, or contact=None and another accuracy than 'geoms'"
+                )
+
+    @staticmethod
+    def _say(words):
+        warnings.warn(f"FieldForces: {words}", FieldsimWarning, stacklevel=4)
+
+    def _tell_when_it_was_off(self, displaced, twins, heirs):
+        off = checks.without_passive_forces(self.model)
+        if displaced:
+            words = "MuJoCo's passive callback was set within the block, in place of the field's; set it before"
+        elif off:
+            words = f"the model's option disables passive forces since it was set within the block; {off}"
+        elif twins or heirs:
+            words = (
+                "within the block another model moved without the field, of the same structure or on from the same "
+                "time, but no copy made after this FieldForces; give what was compiled anew (MjSpec.recompile makes a "
+                "new model) or copied before a FieldForces of its own"
+            )
+        else:
+            return
+        self._say(f"the field was off: {words}")
 
     @contextlib.contextmanager
     def running(self):
@@ -261,43 +310,57 @@ class FieldForces(Uncopied):
         """Whether native code alone can do it."""
         return self.native and not (self._gravity.timed or self._surface.timed)
 
-    @property
-    def addresses(self) -> tuple[int, int]:
-        """Of the native function, and of the head it works on."""
-        return self._function.address, self._head.ctypes.data
-
-    def act(self, data, found=NOTHING) -> None:
+    def act(self, data) -> None:
         """Add the forces to data.qfrc_passive; positions and velocities must be up to date. MuJoCo's stages do this."""
-        self._gravity.at(data.time)
-        self._surface.at(data.time)
-        if self.native:
-            self._locked(self._head.ctypes.data, data._address, found.ctypes.data if len(found) else 0)
-        else:
-            if self._watch.changed(thorough=False):
+        data = self._own(data)
+        self.act_at(data.model._address, data._address)
+
+    def act_at(self, model: int, data: int) -> None:
+        """The same for the addresses of its model, or a copy, and the data; sees what was changed."""
+        with self._lock:
+            if model != self.model._address:
+                self._unlike += self._watch.differs(model)
+            elif self._watch.changed(thorough=False):
                 self._renew()
-            self._act(self._plan, views_of(data), *self._turns, self._hung, found)
+            self._evaluate(model, data)
+
+    def _evaluate(self, model, data, found=NOTHING, plan=None):
+        """Add the forces by a plan, its own by default; found: see `actor`."""
+        now = compiled.time_of(data)
+        self._gravity.at(now)
+        self._surface.at(now)
+        if self.native:
+            head = self._head if plan is None else compiled.head_of(plan)
+            self._locked(head.ctypes.data, model, data, found.ctypes.data if len(found) else 0)
+        else:
+            views = compiled.views_at(model, data, self.model.nbody, self.model.nv)
+            self._act(plan or self._plan, views, *self._turns, self._hung, found)
 
     # Questions
 
-    def _surveyed(self, data):
+    def _surveyed(self, data, plan=None):
         """Forces, torques, energies of field and contact, (n, 8), at the state of `data`; brings the scratch there."""
-        self.refresh()
-        copy_state(self.model, data, self._scratch)
-        found = np.full((len(self.bodies), 8), np.nan)
-        self.act(self._scratch, found)
-        return found
+        with self._lock:
+            self.refresh()
+            model = data.model
+            if model._address != self.model._address and self._watch.differs(model._address):
+                raise InputError(
+                    "FieldForces: this data's model is a copy with other masses or shapes; make a FieldForces of it"
+                )
+            if self._scratch.model._address != model._address:
+                self._scratch = mujoco.MjData(model)
+            copy_state(model, data, self._scratch)
+            found = np.full((len(self.bodies), 8), np.nan)
+            self._evaluate(model._address, self._scratch._address, found, plan)
+            return found
 
     def _at_centers(self):
         """The same with every body's mass at its centre, now: points around it may miss a field singular there."""
+        self.refresh()
         count = len(self.bodies)
-        alone = shallow(self)
-        alone._watch = Watch(self.model, (), timestep=False)
-        alone._plan = self._plan._replace(
-            first_point=np.arange(count + 1, dtype=np.int64), points=np.tile((0.0, 0.0, 0.0, 1.0), (count, 1))
-        )
-        if self.native:
-            alone._prepare(self.data)
-        return alone._surveyed(self.data)
+        points = np.tile((0.0, 0.0, 0.0, 1.0), (count, 1))
+        plan = self._plan._replace(first_point=np.arange(count + 1, dtype=np.int64), points=points)
+        return self._surveyed(self.data, plan)
 
     def wrenches(self, data=None) -> tuple[np.ndarray, np.ndarray]:
         """Forces (n, 3) and torques about the centres of mass (n, 3), world frame, on `bodies` now."""
@@ -311,8 +374,9 @@ class FieldForces(Uncopied):
     def energy(self, data=None) -> ModelEnergy:
         """All energies now."""
         data = self._own(data)
-        found = self._surveyed(data)
-        kinetic, own = own_energies(self.model, self._scratch)
+        with self._lock:
+            found = self._surveyed(data)
+            kinetic, own = own_energies(data.model, self._scratch)
         return ModelEnergy(data.time, kinetic, own, float(found[:, 6].sum()), float(found[:, 7].sum()))
 
     def readings(self, data=None) -> np.ndarray:
@@ -323,7 +387,9 @@ class FieldForces(Uncopied):
         that cannot be corrected (see the warning) read what MuJoCo gives. mj_step leaves in data.sensordata what
         was read at its beginning. With `bodies` given, sensors on others read without the field.
         """
-        return sensors.readings(self, self._own(data), self._sensed)
+        data = self._own(data)
+        with self._lock:
+            return sensors.readings(self, data, self._sensed)
 
     @functools.cached_property
     def _sensed(self):
@@ -361,35 +427,17 @@ class FieldForces(Uncopied):
     def _whole(self):
         """The same forces on all that has mass, also where it is fixed or compensated: its weight."""
         whole = shallow(self)
-        whole._weighing, whole.bodies = True, None
-        whole._watch = Watch(self.model, names_of(self.accuracy, self.contact is not None), timestep=False)
-        whole.bodies = whole._those_that_feel()
-        whole._plan = whole._planned()
-        if self.native:
-            whole._prepare(self.data)
+        whole._weighing, whole._outgrown = True, []
+        whole._renew()
         return whole
 
     def _own(self, data):
-        if data is None:
-            return self.data
-        checks.own_data(self.model, data)
+        """The data asked about: its own, or one of this model or of a copy, with a finite state."""
+        data = self.data if data is None else data
+        if not (isinstance(data, mujoco.MjData) and compiled.is_copy(self.entry, data.model._address)):
+            checks.own_data(self.model, data)
+        checks.state(data)
         return data
-
-
-def _refreshing(reference):
-    """What native code calls when a number of the model was changed: what is raised there waits for the next question.
-
-    reference: a weak one to the forces.
-    """
-
-    def refresh(*_):
-        forces = reference()
-        try:
-            forces._renew()
-        except BaseException as reason:
-            forces._failure = reason
-
-    return refresh
 
 
 def _reach(balls):

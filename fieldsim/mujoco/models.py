@@ -77,7 +77,7 @@ def label(model, geom: int) -> str:
 
 
 # Numbers of things by which models are told apart.
-COUNTS = ("nq", "nv", "nbody", "njnt", "ngeom", "nsite", "nmocap", "nmesh")
+COUNTS = ("nq", "nv", "na", "nu", "nbody", "njnt", "ngeom", "nsite", "nmocap", "nmesh")
 
 
 def counts(model) -> tuple[int, ...]:
@@ -89,5 +89,7 @@ def alike(model, data, owner: str) -> None:
     """Refuse what is no MjData of this model or of a copy of it."""
     if not isinstance(data, mujoco.MjData):
         raise InputError(f"{owner}: data is {validate.shown(data)}; give a mujoco.MjData of the model")
-    if counts(data.model) != counts(model):
+    # MuJoCo's own number for the structure, which models that were stored lack.
+    signed = {data.model.signature, model.signature} - {0}
+    if counts(data.model) != counts(model) or len(signed) > 1:
         raise InputError(f"{owner}: this data belongs to another model; give a mujoco.MjData(model) of this one")

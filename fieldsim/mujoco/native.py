@@ -1,37 +1,49 @@
 """The callback as native code: numba functions that work on the addresses MuJoCo hands over.
 
 A plan's arrays are listed in a *head*: one row (address, length, length of a row) per array, in the order of `Plan`;
-those of a source are followed by a row with the addresses of its sums. The last two rows: what is watched (address,
-number, 3; see `Watch.rows`), and the address of what is called when one of it was changed.
+those of a source are followed by a row with the addresses of its sums.
+
+Which model feels what stands in `ROWS`, which threads read while others write. An *entry* (see `entry_of`) never
+changes; publishing one is to write its address, and whoever takes it out waits until nobody works with it (`release`).
 """
 
 import ctypes
 import functools
+import glob
+import os
+import threading
 
+import mujoco
 import numba
 import numpy as np
 from numba import types
 
+from fieldsim.errors import FieldsimError
 from fieldsim.mujoco import layout
 from fieldsim.mujoco.act import actor
-from fieldsim.mujoco.addresses import allocate, call, differ, doubles, halves, release, words
+from fieldsim.mujoco.addresses import allocate, call, count, differ, doubles, halves, release, words
 from fieldsim.mujoco.tables import Plan, Source, Views
 
 PLACES = layout.offsets()
 _TIME, _XIPOS, _XIMAT, _SUBTREE_COM, _CDOF, _CVEL, _QFRC_PASSIVE = (PLACES[name] for name in layout.FIELDS)
+_NV, _NBODY, _SIGNATURE, _MASS, _INERTIA, _GRAVCOMP = (PLACES[name] for name in layout.MODEL_FIELDS)
+_TIMESTEP, _MARK, _SIZE = PLACES["timestep"], PLACES["mark"], PLACES["size"]
 
 # What MuJoCo calls: (model, data). Called by Python it would let go of the lock that guards Python's tables; LOCKED,
 # for what acts on one model, does not.
 POINTER = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)
-CALLED = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
-LOCKED = ctypes.PYFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
+LOCKED = ctypes.PYFUNCTYPE(None, *[ctypes.c_void_p] * 4)
 
 # Models at most that feel fields at the same time.
 MOST = 256
-# Row 0: number of rows that follow, and address of the callback that was there before. The others: the addresses of a
-# model, of the function that acts on it, and of its head.
-REGISTRY = np.zeros((1 + MOST, 3), dtype=np.int64)
-_REGISTRY_ADDRESS = REGISTRY.ctypes.data
+# How many of the rows may be in use, and the address of the callback that was there before.
+HEADER = np.zeros(2, dtype=np.int64)
+# Of each: 0-2 its model's address, mark and sizes; 3 the address of the entry, 0 where there is none; 4 how many
+# threads are at work with it; 5 the thread that entered the field; 6 where its data keeps the time; 7 its signature;
+# 8-10 see `_strange`.
+ROWS = np.zeros((MOST, 11), dtype=np.int64)
+_HEADER_ADDRESS, _ROWS_ADDRESS = HEADER.ctypes.data, ROWS.ctypes.data
+_MODEL, _MARKED, _SIZES, _ENTRY, _BUSY, _THREAD, _CLOCK, _SIGNED, _TWINS, _HEIRS, _FRESH = range(ROWS.shape[1])
 
 
 @numba.njit
@@ -69,71 +81,86 @@ def _source(head, i):
 
 @numba.njit
 def _plan(address):
-    head = numba.carray(words(address), (ROWS, 3))
+    head = numba.carray(words(address), (HEAD, 3))
     return Plan(
         _indices(head, 0),
         _indices(head, 1),
         _indices(head, 2),
         _indices(head, 3),
         _indices(head, 4),
-        _column(head, 5),
+        _indices(head, 5),
         _table(head, 6),
-        _column(head, 7),
-        _indices(head, 8),
-        _table(head, 9),
-        _indices(head, 10),
-        _table(head, 11),
-        _column(head, 12),
-        _column(head, 13),
-        _source(head, 14),
-        _source(head, 19),
+        _indices(head, 7),
+        _table(head, 8),
+        _column(head, 9),
+        _column(head, 10),
+        _source(head, 11),
+        _source(head, 16),
     )
 
 
-WATCHED = 24
-ROWS = WATCHED + 2
+HEAD = 21
 
 
 @numba.njit
-def _renew(address):
-    """Have the plan renewed if a number of the model is no longer what it was made of."""
-    head = numba.carray(words(address), (ROWS, 3))
-    watched = _numbers(head, WATCHED)
-    for i in range(head[WATCHED, 1]):
-        if differ(watched[i, 0], watched[i, 1], watched[i, 2]) != 0:
-            call(head[WATCHED + 1, 0], 0, 0, 0)
-            return
+def _word(address):
+    return numba.carray(words(address), (1,))[0]
 
 
 @numba.njit
-def _array(data, place, shape):
-    """The array whose pointer mjData keeps at a place."""
-    return numba.carray(doubles(numba.carray(words(data + place), (1,))[0]), shape)
+def _double(address):
+    return numba.carray(doubles(address), (1,))[0]
 
 
 @numba.njit
-def _views(data, bodies, dofs):
+def _array(struct, place, shape):
+    """The array whose pointer a struct keeps at a place."""
+    return numba.carray(doubles(_word(struct + place)), shape)
+
+
+@numba.njit
+def _views(model, data, bodies, dofs):
     return Views(
-        numba.carray(doubles(data + _TIME), (1,))[0],
+        _double(data + _TIME),
         _array(data, _XIPOS, (bodies, 3)),
         _array(data, _XIMAT, (bodies, 9)),
         _array(data, _SUBTREE_COM, (bodies, 3)),
         _array(data, _CDOF, (dofs, 6)),
         _array(data, _CVEL, (bodies, 6)),
         _array(data, _QFRC_PASSIVE, (dofs,)),
+        _array(model, _MASS, (bodies,)),
+        _array(model, _INERTIA, (bodies, 3)),
+        _array(model, _GRAVCOMP, (bodies,)),
+        _double(model + _TIMESTEP),
     )
 
 
-def head_of(plan: Plan, watched=None, changed=None) -> np.ndarray:
-    """The head (ROWS, 3) of a plan, which keeps the arrays alive.
+def views_at(model: int, data: int, bodies: int, dofs: int) -> Views:
+    """Views of the structs at two addresses, of so many bodies and degrees of freedom, for Python."""
 
-    watched: rows of a `Watch`; changed: a CALLED, for when one of them differs.
-    """
+    def array(address, *shape):
+        return np.ctypeslib.as_array(ctypes.cast(ctypes.c_void_p.from_address(address).value, _DOUBLES), shape)
+
+    shapes = {"xipos": (bodies, 3), "ximat": (bodies, 9), "subtree_com": (bodies, 3), "cdof": (dofs, 6)}
+    shapes |= {"cvel": (bodies, 6), "qfrc_passive": (dofs,)}
+    return Views(
+        ctypes.c_double.from_address(data + _TIME).value,
+        *(array(data + PLACES[name], *shape) for name, shape in shapes.items()),
+        array(model + _MASS, bodies),
+        array(model + _INERTIA, bodies, 3),
+        array(model + _GRAVCOMP, bodies),
+        ctypes.c_double.from_address(model + _TIMESTEP).value,
+    )
+
+
+_DOUBLES = ctypes.POINTER(ctypes.c_double)
+
+
+def head_of(plan: Plan) -> np.ndarray:
+    """The head (HEAD, 3) of a plan, which keeps the arrays alive."""
     rows = [_row(array) for array in plan[:-2]]
     for source in (plan.gravity, plan.surface):
         rows += [*map(_row, source[:4]), source[4:]]
-    called = ctypes.cast(changed, ctypes.c_void_p).value if changed else 0
-    rows += [(0, 0, 3) if watched is None else _row(watched), (called, 0, 0)]
     return np.array(rows, dtype=np.int64)
 
 
@@ -142,39 +169,262 @@ def _row(array):
 
 
 @functools.cache
-def acting(points: bool, contact: bool):
-    """C function (addresses of a head, an mjData, and room for what is found or 0); see `actor`."""
-    act = actor(points, contact, True)
+def acting(accuracy: str, contact: bool):
+    """C function (addresses of a head, an mjModel, an mjData, and room for what is found or 0); see `actor`."""
+    act = actor(accuracy, contact, True)
 
-    @numba.cfunc(types.void(types.intp, types.intp, types.intp))
-    def function(head, data, room):
-        _renew(head)
+    @numba.cfunc(types.void(types.intp, types.intp, types.intp, types.intp))
+    def function(head, model, data, room):
         plan = _plan(head)
         found = numba.carray(doubles(room), (plan.bodies.shape[0] if room else 0, 8))
-        bodies, dofs = plan.mass.shape[0], plan.first_dof[-1]
+        bodies, dofs = plan.places.shape[0], plan.first_dof[-1]
         turning, touching = plan.gravity.groups.shape[0], plan.surface.groups.shape[0]
         # Arrays of numba's own would cost more than a body's force: they are counted and found again one by one.
         work = allocate(8 * (9 * (turning + touching) + 6 * bodies))
         gravity_turns = numba.carray(doubles(work), (turning, 9))
         surface_turns = numba.carray(doubles(work + 72 * turning), (touching, 9))
         hung = numba.carray(doubles(work + 72 * (turning + touching)), (bodies, 6))
-        act(plan, _views(data, bodies, dofs), gravity_turns, surface_turns, hung, found)
+        act(plan, _views(model, data, bodies, dofs), gravity_turns, surface_turns, hung, found)
         release(work)
 
     return function
 
 
+# What a model in a field is known by
+
+
+def mark_of(model: int) -> int:
+    """The mark of the model at an address: that of the field it, or what it was copied of, was made ready for; or 0."""
+    return ctypes.c_uint32.from_address(model + _MARK).value if _MARK >= 0 else 0
+
+
+def set_mark(model: int, mark: int) -> None:
+    """Write the mark, which copies of the model keep."""
+    if _MARK >= 0:
+        ctypes.c_uint32.from_address(model + _MARK).value = mark
+
+
+@numba.njit
+def _mark(model):
+    return numba.carray(halves(model + _MARK), (1,))[0] & 0xFFFFFFFF if _MARK >= 0 else 0
+
+
+@numba.njit
+def _sizes(model):
+    """The numbers of degrees of freedom and of bodies, in one word."""
+    if _SIZE == 8:
+        return (_word(model + _NBODY) << 32) + _word(model + _NV)
+    return (numba.carray(halves(model + _NBODY), (1,))[0] << 32) + numba.carray(halves(model + _NV), (1,))[0]
+
+
+@numba.njit
+def _is_of(known, model, mark, sizes):
+    """Whether a model is the one of a row or an entry: by its address, or as a copy by its mark and its sizes."""
+    return known[0] == model or (mark != 0 and known[1] == mark and known[2] == sizes)
+
+
+def entry_of(model, mark: int, function: int, head: int, watched: np.ndarray, unlike: int) -> np.ndarray:
+    """Entry (8,): 0-2 a model's address, mark and sizes; 3 the function that acts on it (0: Python), 4 its head.
+
+    5, 6 address and number of the rows of a `Watch`; 7 address of the word that counts how often copies of the model
+    differed in what is watched, so that they felt the field as the model would.
+    """
+    sizes = (model.nbody << 32) + model.nv
+    row = [model._address, mark, sizes, function, head, watched.ctypes.data, len(watched), unlike]
+    return np.array(row, dtype=np.int64)
+
+
+@numba.njit
+def _changed(entry, model):
+    """Whether Python must renew what the entry was made of first; counts copies that differ."""
+    rows = numba.carray(words(entry[5]), (entry[6], 4))
+    for i in range(rows.shape[0]):
+        if differ(_word(model + rows[i, 0]), rows[i, 1], rows[i, 2]) != 0:
+            if model == entry[0]:
+                return True
+            if rows[i, 3] == 0:
+                numba.carray(words(entry[7]), (1,))[0] += 1
+                return False
+    return False
+
+
+def is_copy(entry, model: int) -> bool:
+    """Whether the model at an address is that of an entry, or a copy of it."""
+    return bool(_is_of(entry, model, mark_of(model), _sizes(model)))
+
+
+def publish(row: int, entry: np.ndarray, data: int) -> None:
+    """Let a row be of an entry, from now on; data: the address of its own."""
+    ROWS[row, :3] = entry[:3]
+    signature = ctypes.c_int64.from_address(int(entry[0]) + _SIGNATURE).value
+    ROWS[row, _THREAD:] = threading.get_ident(), data + _TIME, signature, 0, 0, 1
+    HEADER[0] = max(HEADER[0], row + 1)
+    renew(row, entry)
+
+
+def renew(row: int, entry: np.ndarray) -> None:
+    """Let a row have another entry. The one before must stay as long as the row `is_busy`."""
+    ROWS[row, _ENTRY] = entry.ctypes.data
+
+
+def withdraw(row: int) -> None:
+    """Let a row be of none. Its entry must stay as long as the row `is_busy`."""
+    ROWS[row, [_ENTRY, _MODEL, _MARKED, _SIZES]] = 0
+
+
+def is_busy(row: int) -> bool:
+    """Whether a thread is at work with what the row is, or was just now, of."""
+    return bool(_counted()[0](_ROWS_ADDRESS + 8 * (row * ROWS.shape[1] + _BUSY)))
+
+
 @functools.cache
-def dispatcher():
-    """C function for mjcb_passive: what was there before, then what is registered for the model."""
+def _counted():
+    @numba.cfunc(types.intp(types.intp))
+    def counted(address):
+        return count(address, 0)
+
+    return ctypes.CFUNCTYPE(ctypes.c_ssize_t, ctypes.c_void_p)(counted.address), counted
+
+
+def time_of(data: int) -> float:
+    """The time of the mjData at an address."""
+    return ctypes.c_double.from_address(data + _TIME).value
+
+
+def _alone_after_a_fork():
+    """In the child no other thread is at work."""
+    ROWS[:, _BUSY] = 0
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_alone_after_a_fork)
+
+
+# Python and MuJoCo, called by native code
+
+
+def library():
+    """MuJoCo's library, which is loaded already; raises FieldsimError where it is not beside its package."""
+    names = ("libmujoco.so*", "libmujoco*.dylib", "mujoco.dll")
+    found = [path for folder in mujoco.__path__ for name in names for path in glob.glob(os.path.join(folder, name))]
+    if not found:
+        raise FieldsimError(f"fieldsim finds no library of MuJoCo in {list(mujoco.__path__)}; install mujoco with pip")
+    return ctypes.CDLL(found[0])
+
+
+def _address(function):
+    return ctypes.cast(function, ctypes.c_void_p).value
+
+
+def _python(name):
+    return _address(getattr(ctypes.pythonapi, name))
+
+
+_THREAD_IDENT, _THREAD_STATE = _python("PyThread_get_thread_ident"), _python("PyGILState_GetThisThreadState")
+# MuJoCo's binding raises the exception that is set, and this only where there is none.
+_FAILED = np.frombuffer(b"fieldsim: the field failed\0", dtype=np.uint8)
+
+
+def _asking(function):
+    """Numba function (model, data): call a Python function of two addresses, or leave MuJoCo with what it raised."""
+    lock, unlock = _python("PyGILState_Ensure"), _python("PyGILState_Release")
+    number, pair, put = _python("PyLong_FromSsize_t"), _python("PyTuple_New"), _python("PyTuple_SetItem")
+    invoke, forget = _python("PyObject_CallObject"), _python("Py_DecRef")
+    leave, message, function = _address(library().mju_error), _FAILED.ctypes.data, id(function)
+
+    @numba.njit
+    def ask(model, data):
+        state = call(lock, 0, 0, 0, 0)
+        arguments = call(pair, 2, 0, 0, 0)
+        call(put, arguments, 0, call(number, model, 0, 0, 0), 0)
+        call(put, arguments, 1, call(number, data, 0, 0, 0), 0)
+        answer = call(invoke, function, arguments, 0, 0)
+        call(forget, arguments, 0, 0, 0)
+        if answer != 0:
+            call(forget, answer, 0, 0, 0)
+        call(unlock, state, 0, 0, 0)
+        if answer == 0:
+            call(leave, message, 0, 0, 0)
+
+    return ask
+
+
+# The callback
+
+
+@functools.cache
+def dispatcher(function):
+    """C function for mjcb_passive: what was there before, then what is published for the model, or for what it copies.
+
+    function: of the addresses of a model and a data, for what needs Python; it has to outlive the dispatcher. Models
+    that no row knows are let be, such as those that MuJoCo tries out while it compiles them.
+    """
+    ask = _asking(function)
+    width = ROWS.shape[1]
+
+    @numba.njit
+    def find(rows, used, model, mark, sizes):
+        for k in range(used):
+            if rows[k, _MODEL] == model:
+                return k
+        for k in range(used):
+            if _is_of(rows[k], model, mark, sizes):
+                return k
+        return -1
 
     @numba.cfunc(types.void(types.intp, types.intp))
     def dispatch(model, data):
-        registry = numba.carray(words(_REGISTRY_ADDRESS), (1 + MOST, 3))
-        if registry[0, 1] != 0:
-            call(registry[0, 1], model, data, 0)
-        for k in range(1, 1 + registry[0, 0]):
-            if registry[k, 0] == model:
-                call(registry[k, 1], registry[k, 2], data, 0)
+        header = numba.carray(words(_HEADER_ADDRESS), (2,))
+        rows = numba.carray(words(_ROWS_ADDRESS), (MOST, width))
+        if header[1] != 0:
+            call(header[1], model, data, 0, 0)
+        mark, sizes = _mark(model), _sizes(model)
+        k = find(rows, header[0], model, mark, sizes)
+        if k < 0:
+            _strange(rows, header[0], model, sizes, _double(data + _TIME))
+            return
+        # The row may be withdrawn just now: its entry holds from here until the count is back.
+        busy = _ROWS_ADDRESS + 8 * (k * width + _BUSY)
+        count(busy, 1)
+        python, place = False, rows[k, _ENTRY]
+        if place != 0:
+            entry = numba.carray(words(place), (8,))
+            if _is_of(entry, model, mark, sizes):
+                rows[k, _FRESH], rows[k, _HEIRS] = 1, 0
+                python = entry[3] == 0 or _changed(entry, model)
+                if not python:
+                    call(entry[3], entry[4], model, data, 0)
+        count(busy, -1)
+        if python:
+            ask(model, data)
 
     return dispatch
+
+
+@numba.njit
+def _strange(rows, used, model, sizes, now):
+    """Count what moves without a field, though its user may believe otherwise: twins and heirs of a model in one.
+
+    A twin has the same structure, but was made or copied apart; an heir goes on at the time where the model stopped, as
+    what is recompiled from a spec does, or moves while the model never did. Threads of Python's other than the one that
+    entered the field know what they do.
+    """
+    # Without a signature are models that were stored, and those that MuJoCo tries out, one step long, to compile them.
+    signature = _word(model + _SIGNATURE)
+    if now <= (0.0 if signature else _double(model + _TIMESTEP)):
+        return
+    thread = call(_THREAD_IDENT, 0, 0, 0, 0)
+    foreign = call(_THREAD_STATE, 0, 0, 0, 0) == 0
+    for k in range(used):
+        if rows[k, _ENTRY] != 0 and (foreign or rows[k, _THREAD] == thread):
+            if rows[k, _SIGNED] == signature or (signature == 0 and rows[k, _SIZES] == sizes):
+                rows[k, _TWINS] += 1
+            elif rows[k, _FRESH] == 1:
+                rows[k, _FRESH] = 0
+                clock = _double(rows[k, _CLOCK])
+                rows[k, _HEIRS] = 1 if clock == now or clock == 0.0 else 0
+
+
+def strangers(row: int) -> tuple[int, int]:
+    """How often twins of a row's model were evaluated without a field, and whether an heir of it moved last."""
+    return int(ROWS[row, _TWINS]), int(ROWS[row, _HEIRS])

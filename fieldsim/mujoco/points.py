@@ -21,11 +21,13 @@ def second_moments(inertia: np.ndarray) -> np.ndarray:
     return np.maximum(0.5 * inertia.sum() - inertia, 0.0)
 
 
+# Six equal points (6, 4) on the principal axes, in units of the spread of the mass along them, with shares of it.
+SIX = np.column_stack([np.concatenate([np.eye(3), -np.eye(3)]), np.full(6, 1.0 / 6.0)])
+
+
 def equal_points(mass: float, inertia: np.ndarray) -> np.ndarray:
     """Six equal points (6, 4) on the principal axes with the centre of mass and inertia of a body."""
-    away = np.sqrt(3.0 * second_moments(inertia) / mass)
-    places = np.concatenate([np.diag(away), -np.diag(away)])
-    return np.column_stack([places, np.full(6, 1.0 / 6.0)])
+    return SIX * [*np.sqrt(3.0 * second_moments(inertia) / mass), 1.0]
 
 
 def geom_points(model, body: int) -> np.ndarray:

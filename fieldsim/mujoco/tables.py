@@ -5,6 +5,7 @@ import typing
 
 import numpy as np
 
+from fieldsim import validate
 from fieldsim.dynamics.surfaces import with_reach
 from fieldsim.errors import InputError
 from fieldsim.mujoco.sums import LENGTHS, sum_of
@@ -41,9 +42,9 @@ class Plan(typing.NamedTuple):
     """Which bodies feel what.
 
     bodies (n,): their ids. Of every body (nbody,): places, where it is among those, or -1; roots, of its tree; parents;
-    first_dof (nbody + 1,): its own degrees of freedom are first_dof[b] to first_dof[b + 1] - 1. mass (nbody,), inertia
-    (nbody, 3) and gravcomp (nbody,), the share of gravity that is compensated: MuJoCo's own, seen live.
-    points (P, 4): places in the bodies' inertial frames and shares of the mass, those of body k from first_point[k];
+    first_dof (nbody + 1,): its own degrees of freedom are first_dof[b] to first_dof[b + 1] - 1.
+    points (P, 4): places in the bodies' inertial frames (of accuracy "points" in units of the spread of their mass) and
+    shares of the mass, those of body k from first_point[k];
     balls (B, 15) and law (4,): see `contact`, the balls of body k from first_ball[k]; reach (n,): of all of them, from
     the centre of mass.
     """
@@ -53,9 +54,6 @@ class Plan(typing.NamedTuple):
     roots: np.ndarray
     parents: np.ndarray
     first_dof: np.ndarray
-    mass: np.ndarray
-    inertia: np.ndarray
-    gravcomp: np.ndarray
     first_point: np.ndarray
     points: np.ndarray
     first_ball: np.ndarray
@@ -66,19 +64,8 @@ class Plan(typing.NamedTuple):
     surface: Source
 
 
-def renewed(old: Plan, new: Plan) -> Plan:
-    """The new plan, in the arrays of the old one where they fit: who works on them goes on."""
-    kept = []
-    for was, now in zip(old, new, strict=True):
-        if isinstance(now, np.ndarray) and now is not was and now.shape == was.shape:
-            was[...] = now
-            now = was
-        kept.append(now)
-    return Plan(*kept)
-
-
 class Views(typing.NamedTuple):
-    """The parts of an mjData that the callback reads (the last it writes)."""
+    """The parts of an mjData and its mjModel that the callback reads (qfrc_passive it writes), seen live."""
 
     time: float
     xipos: np.ndarray
@@ -87,11 +74,10 @@ class Views(typing.NamedTuple):
     cdof: np.ndarray
     cvel: np.ndarray
     qfrc_passive: np.ndarray
-
-
-def views_of(data) -> Views:
-    """Views of an MjData, as the native callback makes them from its address."""
-    return Views(*(getattr(data, name) for name in Views._fields))
+    mass: np.ndarray
+    inertia: np.ndarray
+    gravcomp: np.ndarray
+    timestep: float
 
 
 @dataclasses.dataclass(frozen=True)
@@ -146,12 +132,14 @@ class Table:
         still = [part for part in parts if not (part.spins or part.timed)]
         spinning = [part for part in parts if part.spins]
         self._timed = [part for part in parts if part.timed]
-        chunks = [cells.concatenate([part.placed(time) for part in still]).grouped()[0]]
+        chunks = [cells.concatenate([part.placed(time) for part in still]).grouped()[0]] if still else []
         chunks += [part.placed(time) for part in (*spinning, *self._timed)]
         whole = cells.concatenate(chunks)
         self._total = len(whole)
         sums = [sum_of(name, whole.kinds_used, native) if name in needs and self._total else 0 for name in LENGTHS]
-        self.arrays = Source(self._bounded(whole.rows, whole.kinds), whole.kinds, *_groups(chunks, spinning), *sums)
+        self.arrays = Source(
+            self._bounded(whole.rows, whole.kinds), whole.kinds, *_groups(chunks, spinning, bool(still)), *sums
+        )
         self._time = None
         self.at(time)
 
@@ -175,9 +163,15 @@ class Table:
         """Bring the rows that only Python can move to `time`."""
         if not self._timed or time == self._time:
             return
+        self._time = None  # where a motion fails, the rows are of no time
         groups, motions = (table[-len(self._timed) :] for table in (self.arrays.groups, self.arrays.motions))
         for part, (first, count, _), motion in zip(self._timed, groups, motions, strict=True):
             placed = part.placed(time)
+            if not np.array_equal(placed.kinds, self.arrays.kinds[first : first + count]):
+                raise InputError(
+                    f"FieldForces: a source has other elements at time {time:g} ({len(placed)}) than at first "
+                    f"({count}); give one that keeps them, such as with strengths that go to 0"
+                )
             self.arrays.rows[first : first + count] = self._bounded(placed.rows, placed.kinds)
             motion[8:] = part.twist(time)
         self._time = time
@@ -195,13 +189,13 @@ def _part(source, role):
     return _Part(elements, source.motion, source.deforming)
 
 
-def _groups(chunks, spinning):
-    """Tables of groups (G, 3) and their motions (G, 14); see `Source`."""
+def _groups(chunks, spinning, first):
+    """Tables of groups (G, 3) and their motions (G, 14); see `Source`. first: of those that spin."""
     counts = [len(chunk) for chunk in chunks]
-    groups = np.column_stack([np.cumsum([0, *counts[:-1]]), counts, np.zeros(len(chunks))]).astype(np.int64)
+    groups = np.column_stack([np.cumsum([0, *counts])[:-1], counts, np.zeros(len(chunks))]).astype(np.int64)
     motions = np.zeros((len(chunks), 14))
-    groups[1 : 1 + len(spinning), 2] = 1
-    for motion, part in zip(motions[1:], spinning, strict=False):
+    groups[first : first + len(spinning), 2] = 1
+    for motion, part in zip(motions[first:], spinning, strict=False):
         spin = part.motion
         motion[:8] = *spin.axis, spin.rate, spin.phase, *spin.center
         motion[8:11] = spin.rate * np.array(spin.axis)
@@ -211,7 +205,9 @@ def _groups(chunks, spinning):
 
 def sources_of(sources) -> tuple:
     """Fields and bodies of what a user gave as sources: one or a sequence of Field, Body and World."""
-    given = (sources,) if isinstance(sources, Field | Body | World) else tuple(sources)
+    remedy = "give a fs.Field, fs.Body or fs.World, or a list of them"
+    single = isinstance(sources, Field | Body | World)
+    given = (sources,) if single else validate.listed("FieldForces", "sources", sources, remedy)
     found = []
     for index, source in enumerate(given):
         if isinstance(source, World):

@@ -2,10 +2,8 @@
 
 import ctypes
 
-import mujoco
 import numpy as np
 
-from fieldsim.errors import FieldsimError
 from fieldsim.mujoco import layout
 
 MASSES = ("body_mass", "body_inertia")
@@ -16,44 +14,35 @@ LONG = ("mesh_vert",)
 
 
 class Watch:
-    """Arrays of a model, with copies of what they were when it was made or last renewed.
+    """Arrays of a model, with copies of what they were when it was made.
 
-    rows (n, 3), int64: the address of each array and of its copy, and their bytes: for native code, all but LONG ones.
+    rows (n, 4), int64, of all but LONG ones: where mjModel keeps the pointer to the array, the address of the copy,
+    their bytes, and whether a copy of the model may have other numbers, as tables are not made of these.
     """
 
-    def __init__(self, model, names, timestep: bool):
-        short = [getattr(model, name) for name in names if name not in LONG]
-        if timestep:
-            short.append(_timestep(model))
+    def __init__(self, model, accuracy: str, contact: bool):
+        shapes = accuracy == "geoms" or contact
+        names = MASSES + SHAPES * shapes + TOUCHING * contact
+        places = layout.places_of("mjModel", names)
+        self._model, self._timestep = model, model.opt.timestep if contact else None
         # Of a model without geoms, say, some are empty.
-        self._short = [(array, array.copy()) for array in short if array.size]
-        self._long = [(getattr(model, name), getattr(model, name).copy()) for name in names if name in LONG]
-        rows = [(array.ctypes.data, copy.ctypes.data, array.nbytes) for array, copy in self._short]
-        self.rows = np.array(rows, dtype=np.int64).reshape(-1, 3)
+        self._short = [(getattr(model, name), getattr(model, name).copy(), places[name]) for name in names]
+        self._short = [watched for watched in self._short if watched[0].size]
+        self._long = [(getattr(model, name), getattr(model, name).copy()) for name in LONG * shapes]
+        rows = [(place, copy.ctypes.data, copy.nbytes, not shapes) for _, copy, place in self._short]
+        self.rows = np.array(rows, dtype=np.int64).reshape(-1, 4)
 
     def changed(self, thorough: bool = True) -> bool:
-        """Whether a number is another now; thorough: look at long arrays, too."""
-        return any(array.tobytes() != copy.tobytes() for array, copy in self._short + thorough * self._long)
+        """Whether a number is another now; thorough: look at long arrays, and the time step, too."""
+        if thorough and self._timestep not in (None, self._model.opt.timestep):
+            return True
+        watched = self._short + thorough * self._long
+        return any(array.tobytes() != copy.tobytes() for array, copy, *_ in watched)
 
-    def renew(self) -> None:
-        """Take what the numbers are now."""
-        for array, copy in self._short + self._long:
-            copy[...] = array
-
-
-def names_of(accuracy: str, contact: bool) -> tuple[str, ...]:
-    """What tables are made of: which bodies have mass; the points of the mass; what touches."""
-    names = MASSES[:1] if accuracy == "torque" and not contact else MASSES
-    if accuracy == "geoms" or contact:
-        names += SHAPES + LONG
-    return names + TOUCHING if contact else names
-
-
-def _timestep(model) -> np.ndarray:
-    """The model's time step (1,), where MuJoCo keeps it."""
-    places = layout.places_of("mjOption", ("timestep", "gravity"))
-    address = model.opt.gravity.ctypes.data - places["gravity"] + places["timestep"]
-    found = np.frombuffer(ctypes.c_double.from_address(address), dtype=np.float64)
-    if found[0] != model.opt.timestep:
-        raise FieldsimError(f"MuJoCo {mujoco.__version__} keeps opt.timestep elsewhere than it says; use contact=None")
-    return found
+    def differs(self, model: int) -> bool:
+        """Whether the model at an address, a copy, has other numbers than the tables were made of."""
+        return any(
+            ctypes.string_at(ctypes.c_void_p.from_address(model + place).value, copy.nbytes) != copy.tobytes()
+            for (_, copy, place), row in zip(self._short, self.rows, strict=True)
+            if not row[3]
+        )

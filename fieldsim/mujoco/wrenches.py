@@ -6,6 +6,7 @@ the centre of mass, potential energy).
 """
 
 import functools
+import math
 
 from fieldsim.mujoco.evaluate import field_at, jet_at, maker, product, turns, vectors
 
@@ -32,11 +33,11 @@ def pull_at_center(native: bool):
     def pull(k, plan, views, turned):
         b = plan.bodies[k]
         x = views.xipos
-        share = 1.0 - plan.gravcomp[b]
-        m = share * plan.mass[b]
+        share = 1.0 - plan.law[3] * views.gravcomp[b]
+        m = share * views.mass[b]
         f, g, h = jet((x[b, 0], x[b, 1], x[b, 2]), plan.gravity, turned)
         e1, e2, e3 = axis(views.ximat, b, 0), axis(views.ximat, b, 1), axis(views.ximat, b, 2)
-        i1, i2, i3 = share * plan.inertia[b, 0], share * plan.inertia[b, 1], share * plan.inertia[b, 2]
+        i1, i2, i3 = share * views.inertia[b, 0], share * views.inertia[b, 1], share * views.inertia[b, 2]
         he2, he3 = across(h, e2), across(h, e3)
         torque = (i3 - i2) * dot(e2, he3), (i1 - i3) * dot(e1, he3), (i2 - i1) * dot(e1, he2)
         h2, h3 = dot(e2, he2), dot(e3, he3)
@@ -48,20 +49,36 @@ def pull_at_center(native: bool):
 
 
 @functools.cache
-def pull_on_points(native: bool):
-    """Function (k, plan, views, turns) -> force, torque and energy, summed over the body's mass points."""
+def pull_on_points(native: bool, spread_out: bool):
+    """Function (k, plan, views, turns) -> force, torque and energy, summed over the body's mass points.
+
+    spread_out: the points' places are in units of sqrt(3 x the mean of x^2 over the mass) along each axis, as of now.
+    """
     field = field_at(native)
     turn, _ = turns(native)
     _, cross, _ = vectors(native)
 
     @maker(native)
+    def spread(views, b):
+        m, i1, i2, i3 = views.mass[b], views.inertia[b, 0], views.inertia[b, 1], views.inertia[b, 2]
+        if not spread_out or not m > 0.0:
+            return 1.0, 1.0, 1.0
+        half = 0.5 * (i1 + i2 + i3)
+        return (
+            math.sqrt(3.0 * max(half - i1, 0.0) / m),
+            math.sqrt(3.0 * max(half - i2, 0.0) / m),
+            math.sqrt(3.0 * max(half - i3, 0.0) / m),
+        )
+
+    @maker(native)
     def pull(k, plan, views, turned):
         b = plan.bodies[k]
         x = views.xipos
+        sx, sy, sz = spread(views, b)
         fx, fy, fz, tx, ty, tz, u = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for i in range(plan.first_point[k], plan.first_point[k + 1]):
             m = plan.points[i, 3]
-            arm = turn(views.ximat, b, (plan.points[i, 0], plan.points[i, 1], plan.points[i, 2]))
+            arm = turn(views.ximat, b, (sx * plan.points[i, 0], sy * plan.points[i, 1], sz * plan.points[i, 2]))
             f, g = field((x[b, 0] + arm[0], x[b, 1] + arm[1], x[b, 2] + arm[2]), plan.gravity, turned)
             t = cross(arm, g)
             fx += m * g[0]
@@ -71,7 +88,7 @@ def pull_on_points(native: bool):
             ty += m * t[1]
             tz += m * t[2]
             u -= m * f
-        m = (1.0 - plan.gravcomp[b]) * plan.mass[b]
+        m = (1.0 - plan.law[3] * views.gravcomp[b]) * views.mass[b]
         return (m * fx, m * fy, m * fz), (m * tx, m * ty, m * tz), m * u
 
     return pull

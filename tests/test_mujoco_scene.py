@@ -121,7 +121,11 @@ UNDRAWN = """
 
 def test_what_is_not_drawn_is_told_of_by_name():
     with pytest.warns(fs.FieldsimWarning) as told:
-        fs.mujoco.Scene(fs.World(), UNDRAWN.format(group=0, rgba="1 1 1 1"))
+        scene = fs.mujoco.Scene(fs.World(), UNDRAWN.format(group=0, rgba="1 1 1 1"))
+    data = mujoco.MjData(scene.model)
+    mujoco.mj_kinematics(scene.model, data)
+    scene.model.geom_rgba[1] = 1.0
+    scene.snapshot(data)  # without another word
     words = str(told[0].message)
     assert len(told) == 1
     for name in ("geom 'land'", "tendon 'rope'", "flex 'cloth'", "skin 'hide'", "range finder 'beam'", "'stripes'"):
@@ -173,6 +177,19 @@ def test_colours_and_sizes_that_are_changed_later_are_seen():
     assert after.shapes[1].radius == 0.5
     assert len(after.shapes) == len(before.world.shapes[0].shapes) - 1 == 6
     assert before.world.shapes[0].shapes[1].radius == pytest.approx(0.3), "moments are what they were"
+
+
+def test_what_the_world_gets_later_is_drawn():
+    world = fs.World()
+    model, data = posed(ALL_KINDS)
+    scene = fs.mujoco.Scene(world, model)
+    assert len(scene.snapshot(data).poses) == 0
+    world.add_body(PLANET)
+    world.background = fs.Background("white")
+    after = scene.snapshot(data)
+    assert after.world.bodies == [PLANET]
+    assert after.world.background is world.background
+    assert scene.snapshot(data).world is after.world
 
 
 def test_a_motion_that_blew_up_is_not_drawn():

@@ -2,6 +2,7 @@
 
 import copy
 import dataclasses
+import operator
 import warnings
 
 import numpy as np
@@ -53,6 +54,7 @@ class Scene:
         self.planets = _all("planets", planets, PlanetGeom, "fs.mujoco.planet_geom(body)")
         for index, one in enumerate(self.skins):
             one.refuse_other(self.model, f"Scene: skins[{index}]")
+        self._left_out = []
         self._compose()
 
     def _compose(self):
@@ -71,7 +73,14 @@ class Scene:
         self._tell_what_is_left_out()
 
     def _looks_now(self):
-        return [getattr(self.model, name).tobytes() for name in LOOKS]
+        """What the picture's world is made of: the model's numbers, and what the given world holds."""
+        held = [one for value in vars(self.given).values() for one in (value if isinstance(value, list) else [value])]
+        return [getattr(self.model, name).tobytes() for name in LOOKS], held
+
+    def _changed(self):
+        (numbers, held), (numbers_now, held_now) = self._looks, self._looks_now()
+        same = len(held) == len(held_now) and all(map(operator.is_, held, held_now))
+        return numbers != numbers_now or not same
 
     def _shapes(self, numbers, of):
         """The numbers of those that have a shape, and pairs of their shapes and materials."""
@@ -80,8 +89,9 @@ class Scene:
         return found, [(shapes[k], material_of(self.model, k, of)) for k in found]
 
     def _tell_what_is_left_out(self):
-        left_out = undrawn(self.model, self.geoms)
-        if left_out:
+        before, left_out = self._left_out, undrawn(self.model, self.geoms)
+        self._left_out = left_out
+        if left_out and left_out != before:
             more = f" and {len(left_out) - MOST} more" if len(left_out) > MOST else ""
             warnings.warn(
                 f"Scene: of the model these are not drawn: {', '.join(left_out[:MOST])}{more}; add bodies or shapes to "
@@ -94,8 +104,8 @@ class Scene:
         """The moment of an MjData whose kinematics are up to date (mujoco.mj_kinematics after a step).
 
         base: a snapshot of the given world, for all but the model; unless told that world at data.time.
-        Sizes and colours are the model's as they are now. Raises InputError for data of another model, and for a state
-        that is not finite.
+        Sizes and colours are the model's as they are now, and the world has what it has now.
+        Raises InputError for data of another model, and for a state that is not finite.
         """
         alike(self.model, data, "Scene.snapshot")
         if not np.isfinite(data.xpos).all():
@@ -103,7 +113,7 @@ class Scene:
                 "Scene.snapshot: the model's positions are not finite, for its motion blew up; give it a shorter "
                 "timestep, or ask before"
             )
-        if self._looks != self._looks_now():
+        if self._changed():
             self._compose()
         if base is None:
             base = self.given.at(data.time)

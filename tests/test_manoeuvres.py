@@ -211,7 +211,7 @@ SETS = [
 
 @pytest.mark.parametrize("given", SETS, ids=lambda given: "+".join(given))
 def test_bodies_that_were_set_move_as_from_a_start_there(given):
-    simulation = fs.Simulation(bodies(), fs.BlanesMoan6(0.004), threads=1)
+    simulation = fs.Simulation(bodies(), fs.Leapfrog(0.002), threads=1)
     log = fs.EnergyLog(simulation)
     simulation.advance(1.0)
     rows = simulation.bodies
@@ -232,7 +232,7 @@ def test_bodies_that_were_set_move_as_from_a_start_there(given):
     place = {"position": poses[1].position, "rotation": poses[1].rotation, "velocity": before["velocity"][1]}
     made.append(fs.Body(ORIGIN, LAW, motion=fs.Rigid(**place), surface=SKIN))
     fresh = world_of(*made, particles=[(simulation.positions[0], simulation.velocities[0], {})])
-    fresh = fs.Simulation(fresh, fs.BlanesMoan6(0.004), time=1.0, threads=1)
+    fresh = fs.Simulation(fresh, fs.Leapfrog(0.002), time=1.0, threads=1)
     np.testing.assert_array_equal(rows.centers[1], other)
     np.testing.assert_allclose(simulation.bodies.stiffnesses, fresh.bodies.stiffnesses, rtol=1e-12)
     np.testing.assert_allclose(simulation.wrenches().forces, fresh.wrenches().forces, atol=1e-13)
@@ -242,7 +242,7 @@ def test_bodies_that_were_set_move_as_from_a_start_there(given):
         log.record()
         np.testing.assert_allclose(state(simulation), state(fresh), atol=1e-11)
     drifts = {drift.quantity: drift.largest for drift in log.report().totals}
-    assert drifts["energy"] < 1e-5
+    assert drifts["energy"] < 1e-4
     assert drifts["momentum"] < 1e-13
     assert drifts["angular momentum"] < 1e-13
 

@@ -143,9 +143,10 @@ def test_only_neighbours_are_looked_at(monkeypatch):
     calls = []
     holds = rigid_start.Extent.holds
     monkeypatch.setattr(rigid_start.Extent, "holds", lambda *given: calls.append(1) or holds(*given))
-    made = []
+    made, short = [], fs.Segment((-0.2, 0, 0), (0.2, 0, 0))
     for count in (10, 20):
         calls.clear()
-        fs.Simulation(world_of(*(free(0.45 * k, gravity=None, surface=SKIN) for k in range(count))))
+        rows = (free((0, 0.45 * k, 0), skeleton=short, gravity=None, surface=SKIN) for k in range(count))
+        fs.Simulation(world_of(*rows))
         made.append(len(calls))
     assert 0 < made[1] < 3 * made[0]  # of pairs there are four times as many

@@ -17,7 +17,7 @@ import time
 
 import warp as wp
 
-from fieldsim import interrupts, kernel_cache
+from fieldsim import interrupts, kernel_cache, validate
 from fieldsim.errors import DeviceError
 
 THREADS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
@@ -62,10 +62,15 @@ kernel_cache.prepare()
 _initialise_quietly_without_driver()
 
 
+def checked_threads(owner: str, threads: int | None) -> int | None:
+    """A number of threads, or None for all cores."""
+    return validate.optional(validate.whole, owner, "threads", threads, at_least=1)
+
+
 def device_named(name: str | None):
     """The Warp device for "cpu", "cuda", "cuda:1" or None (the CPU); raises DeviceError when it is not there."""
     wp.init()
-    name = name or "cpu"
+    name = "cpu" if name is None else validate.text("device", "its name", name)
     why = "no CUDA device was found"
     # Without a driver, asking Warp for a CUDA device makes its native library print errors of its own.
     if wp.is_cuda_available() or not name.startswith("cuda"):

@@ -21,11 +21,13 @@ def figure(size=SIZE):
         from matplotlib.figure import Figure
     except ImportError:
         raise InputError("plots need matplotlib; install it with: pip install 'fieldsim[plot]'") from None
-    return Figure(figsize=(size[0] / DPI, size[1] / DPI), dpi=DPI, layout="constrained")
+    width, height = validate.size("plots", size)
+    return Figure(figsize=(width / DPI, height / DPI), dpi=DPI, layout="constrained")
 
 
 def energy(log, size=SIZE):
     """How what an `EnergyLog` follows drifted: largest and rms over the particles, and all totals, against time."""
+    validate.having("plots.energy", "log", log, ("history", "totals", "invariant"), "give a fs.EnergyLog")
     drawing, axes = _axes(size, "time", "relative drift")
     history = log.history
     lines = [(total.drifts, f"{total.quantity}, {total.whose}") for total in log.totals]
@@ -40,9 +42,8 @@ def energy(log, size=SIZE):
 
 def orbits(positions, plane: str = "xy", size=SIZE):
     """Paths of particles, positions (T, N, 3), projected on the plane "xy", "xz" or "yz"."""
-    if plane not in ("xy", "xz", "yz"):
-        raise InputError(f"plots.orbits: plane is {plane!r}; give 'xy', 'xz' or 'yz'")
-    positions = np.asarray(positions, dtype=float)
+    validate.choice("plots.orbits", "plane", plane, ("xy", "xz", "yz"))
+    positions = validate.numbers("plots.orbits", "positions", positions, shape=(None, None, 3))
     first, second = ("xyz".index(letter) for letter in plane)
     drawing, axes = _axes(size, plane[0], plane[1])
     axes.plot(positions[:, :, first], positions[:, :, second], lw=0.6)
@@ -52,6 +53,16 @@ def orbits(positions, plane: str = "xy", size=SIZE):
 
 def section(x, y, colors=None, *, labels=("", ""), title="", color_label="", size=SIZE):
     """Points of a Poincare section at (x, y), each (M,), coloured by `colors` (M,)."""
+    owner = "plots.section"
+    x = validate.numbers(owner, "x", x, shape=(None,))
+    y = validate.numbers(owner, "y", y, shape=x.shape)
+    colors = validate.optional(validate.numbers, owner, "colors", colors, shape=x.shape)
+    remedy = "give two strings, for x and y"
+    labels = validate.instances(owner, "labels", labels, str, remedy)
+    if len(labels) != 2:
+        raise InputError(f"{owner}: labels has {len(labels)} of them; {remedy}")
+    validate.text(owner, "title", title)
+    validate.text(owner, "color_label", color_label)
     drawing, axes = _axes(size, *labels)
     points = axes.scatter(x, y, c=colors, cmap=COLORS, s=1.2, lw=0, rasterized=True)
     axes.set_title(title)
@@ -62,6 +73,7 @@ def section(x, y, colors=None, *, labels=("", ""), title="", color_label="", siz
 
 def lyapunov(result, size=SIZE):
     """How the largest exponents of a `Lyapunov` converge, one line per particle."""
+    validate.having("plots.lyapunov", "result", result, ("times", "exponents"), "give what fs.lyapunov returned")
     drawing, axes = _axes(size, "time", "largest Lyapunov exponent so far")
     axes.loglog(result.times, np.abs(result.exponents[:, :, 0]), lw=0.8)
     return drawing
@@ -87,8 +99,9 @@ class Picture:
     title: str = ""
 
     def __post_init__(self):
-        if not callable(self.draw):
-            raise InputError(f"Picture: draw is {self.draw!r}; give a function of the size that returns a figure")
+        remedy = "give a function of the size that returns a figure"
+        validate.fields(self, validate.function, "draw", remedy=remedy)
+        validate.fields(self, validate.text, "title")
 
     def save(self, path, size=None) -> None:
         """Draw at `size` (960x720 unless told) and write to `path`, which ends in .png, .svg or .pdf.
@@ -96,7 +109,10 @@ class Picture:
         The file appears when it is complete. Raises InputError for a path that cannot be, before anything is drawn.
         """
         path = checked_path(path)
-        drawing, data = self.draw(size or SIZE), io.BytesIO()
+        size = SIZE if size is None else validate.size("Picture.save", size)
+        drawing, data = validate.answer("Picture", "draw", self.draw, size), io.BytesIO()
+        if not hasattr(drawing, "savefig"):
+            raise InputError(f"Picture: draw gave {validate.shown(drawing)}; return a matplotlib Figure")
         # Without a date, and with names that are not random, the same picture is the same bytes.
         undated = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
         kind = path.suffix.lower()
@@ -111,5 +127,5 @@ def checked_path(path) -> pathlib.Path:
     """The path of a picture; raises InputError for one that cannot be."""
     path = validate.path("Picture", "path", path)
     if path.suffix.lower() not in KINDS:
-        raise InputError(f"{path}: a picture ends in .png, .svg or .pdf")
+        raise InputError(f"Picture: path is {str(path)!r}; a picture ends in .png, .svg or .pdf")
     return files.checked_target("Picture", path)

@@ -13,24 +13,32 @@ import numpy as np
 from fieldsim import validate
 from fieldsim.errors import InputError
 
+# Lengths whose cubes are finite.
+FARTHEST = 1e100
+
 
 def shell(count: int, *, radius, speed=0.0, velocity=(0, 0, 0), center=(0, 0, 0), seed: int) -> dict:
     """`count` points spread evenly over the volume between two spheres, radius = (inner, outer), or on one, radius = r.
 
     `speed` goes in a random direction across the line to the centre.
     """
-    inner, outer = _range("shell", radius)
-    random = _generator("shell", seed)
-    outward = _directions(random, _count("shell", count))
+    return _shell("shell", count, _range("shell", radius), speed, velocity, center, seed)
+
+
+def _shell(owner, count, radii, speed, velocity, center, seed):
+    """`shell` in the name of `owner`."""
+    inner, outer = radii
+    random = _generator(owner, seed)
+    outward = _directions(random, _count(owner, count))
     distance = np.cbrt(random.uniform(inner**3, outer**3, len(outward)))
     across = np.cross(outward, _directions(random, len(outward)))
-    return _start("shell", distance[:, None] * outward, distance, across, speed, velocity, center)
+    return _start(owner, distance[:, None] * outward, distance, across, speed, velocity, center)
 
 
 def ball(count: int, *, radius: float, speed=0.0, velocity=(0, 0, 0), center=(0, 0, 0), seed: int) -> dict:
     """`count` points spread evenly over the inside of a sphere; otherwise as `shell`."""
-    outer = validate.number("ball", "radius", radius, above=0.0)
-    return shell(count, radius=(0.0, outer), speed=speed, velocity=velocity, center=center, seed=seed)
+    outer = validate.number("ball", "radius", radius, above=0.0, at_most=FARTHEST)
+    return _shell("ball", count, (0.0, outer), speed, velocity, center, seed)
 
 
 def disk(
@@ -49,26 +57,24 @@ def disk(
     thickness: of the disk along `normal`. `speed` goes right-handed about `normal`, as in an orbit; its distances are
     those from the axis.
     """
-    inner, outer = _range("disk", radius)
-    thickness = validate.number("disk", "thickness", thickness, at_least=0.0)
-    random = _generator("disk", seed)
-    axis = np.array(validate.direction("disk", "normal", normal))
+    return _disk("disk", count, _range("disk", radius), thickness, normal, speed, velocity, center, seed)
+
+
+def _disk(owner, count, radii, thickness, normal, speed, velocity, center, seed):
+    """`disk` in the name of `owner`."""
+    inner, outer = radii
+    thickness = validate.number(owner, "thickness", thickness, at_least=0.0, at_most=FARTHEST)
+    random = _generator(owner, seed)
+    axis = np.array(validate.direction(owner, "normal", normal))
     first = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
     first /= np.linalg.norm(first)
     second = np.cross(axis, first)
-    distance = np.sqrt(random.uniform(inner**2, outer**2, _count("disk", count)))
+    distance = np.sqrt(random.uniform(inner**2, outer**2, _count(owner, count)))
     angle = random.uniform(0.0, 2 * np.pi, len(distance))[:, None]
     height = random.uniform(-0.5, 0.5, len(distance))[:, None] * thickness
     outward = np.cos(angle) * first + np.sin(angle) * second
-    return _start(
-        "disk",
-        distance[:, None] * outward + height * axis,
-        distance,
-        np.cross(axis, outward),
-        speed,
-        velocity,
-        center,
-    )
+    places = distance[:, None] * outward + height * axis
+    return _start(owner, places, distance, np.cross(axis, outward), speed, velocity, center)
 
 
 def cylinder(count: int, *, radius, height, velocity=(0, 0, 0), center=(0, 0, 0), seed: int) -> dict:
@@ -77,8 +83,9 @@ def cylinder(count: int, *, radius, height, velocity=(0, 0, 0), center=(0, 0, 0)
     radius: of the cylinder, or (inner, outer) of a pipe.
     """
     low, high = _pair("cylinder", "height", height)
-    outer = radius if np.ndim(radius) else (0.0, radius)
-    start = disk(count, radius=outer, thickness=high - low, velocity=velocity, center=center, seed=seed)
+    inner, outer = _range("cylinder", radius)
+    radii = (inner, outer) if np.ndim(radius) else (0.0, outer)
+    start = _disk("cylinder", count, radii, high - low, (0, 0, 1), 0.0, velocity, center, seed)
     start["positions"][:, 2] += 0.5 * (low + high)
     return start
 
@@ -99,16 +106,18 @@ def orbits(
     tilt: largest angle (radians) between `normal` and an orbit's own axis. About a body that is no point the orbits are
     nearly circles where they are wide against it.
     """
-    mass = validate.number("orbits", "G mass", validate.number("orbits", "G", G) * mass, at_least=0.0)
+    mass = validate.number("orbits", "mass", mass, at_least=0.0)
+    mass *= validate.number("orbits", "G", G, at_least=0.0)
     tilt = validate.number("orbits", "tilt", tilt, at_least=0.0)
-    flat = disk(count, radius=radius, normal=normal, speed=lambda r: np.sqrt(mass / r), seed=seed)
+    radii = _range("orbits", radius, above=0.0)
+    flat = _disk("orbits", count, radii, 0.0, normal, lambda r: np.sqrt(mass / r), (0, 0, 0), (0, 0, 0), seed)
     # Turn each orbit about a line of nodes in the disk's plane; the tips of the axes fill a cap evenly.
-    random = _generator("orbits", (0, seed))
+    random = np.random.default_rng((0, seed))
     axis = np.array(validate.direction("orbits", "normal", normal))
-    nodes = _directions(random, count)
+    nodes = _directions(random, len(flat["positions"]))
     nodes -= (nodes @ axis)[:, None] * axis
     nodes /= np.linalg.norm(nodes, axis=1, keepdims=True)
-    angle = np.arccos(random.uniform(np.cos(min(tilt, np.pi)), 1.0, count))
+    angle = np.arccos(random.uniform(np.cos(min(tilt, np.pi)), 1.0, len(nodes)))
     return {
         "positions": _turned(flat["positions"], nodes, angle) + validate.vector("orbits", "center", center),
         "velocities": _turned(flat["velocities"], nodes, angle),
@@ -134,13 +143,15 @@ def box(count: int, *, low, high, velocity=(0, 0, 0), seed: int) -> dict:
 def _start(owner, positions, distance, across, speed, velocity, center):
     """Positions about `center`, and velocities of the given speeds along `across` (normalised here)."""
     across /= np.linalg.norm(across, axis=1, keepdims=True)
-    try:
-        speeds = np.broadcast_to(np.asarray(speed(distance) if callable(speed) else speed, dtype=float), distance.shape)
-    except (TypeError, ValueError):
-        raise InputError(f"{owner}: speed is {speed!r}; give a number, or a function of the distances") from None
-    bad = np.flatnonzero(~np.isfinite(speeds))
+    remedy = "give a number of at least 0, or a function of the (N,) distances"
+    speeds = validate.answer(owner, "speed", speed, distance.copy()) if callable(speed) else speed
+    speeds = validate.reals(owner, "speed", speeds, remedy)
+    if speeds.shape not in ((), distance.shape):
+        raise InputError(f"{owner}: speed has shape {speeds.shape}; {remedy}")
+    speeds = np.broadcast_to(speeds, distance.shape)
+    bad = np.flatnonzero(~(np.isfinite(speeds) & (speeds >= 0.0)))
     if bad.size:
-        raise InputError(f"{owner}: speed is {speeds[bad[0]]} at distance {distance[bad[0]]:g}; give finite speeds")
+        raise InputError(f"{owner}: speed is {speeds[bad[0]]} at distance {distance[bad[0]]:g}; {remedy}")
     return {
         "positions": positions + validate.vector(owner, "center", center),
         "velocities": speeds[:, None] * across + validate.vector(owner, "velocity", velocity),
@@ -148,31 +159,24 @@ def _start(owner, positions, distance, across, speed, velocity, center):
 
 
 def _count(owner, count):
-    if isinstance(count, bool) or not isinstance(count, int | np.integer) or count < 0:
-        raise InputError(f"{owner}: count is {count!r}; give a whole number of particles")
-    return int(count)
+    return validate.whole(owner, "count", count, at_least=0)
 
 
 def _generator(owner, seed):
-    try:
-        return np.random.default_rng(seed)
-    except (TypeError, ValueError):
-        raise InputError(f"{owner}: seed is {seed!r}; give a whole number of at least 0") from None
+    return np.random.default_rng(validate.whole(owner, "seed", seed, at_least=0))
 
 
-def _range(owner, radius):
+def _range(owner, radius, **limits):
     """(inner, outer) from a pair or one number."""
-    inner, outer = _pair(owner, "radius", (radius, radius) if np.ndim(radius) == 0 else radius)
-    if inner < 0.0:
-        raise InputError(f"{owner}: radius is {inner:g}; give numbers of at least 0")
-    return inner, outer
+    radii = validate.numbers(owner, "radius", radius, remedy="give a number, or two, the lower first")
+    inner, outer = _pair(owner, "radius", np.tile(radii, 2) if radii.ndim == 0 else radii)
+    return validate.number(owner, "radius", inner, **(limits or {"at_least": 0.0})), outer
 
 
 def _pair(owner, name, value):
     """Two numbers, the lower first."""
-    if np.ndim(value) != 1 or len(value) != 2:
-        raise InputError(f"{owner}: {name} is {value!r}; give two numbers, the lower first")
-    low, high = (validate.number(owner, name, v) for v in value)
+    low, high = validate.numbers(owner, name, value, shape=(2,), remedy="give two numbers, the lower first").tolist()
+    validate.number(owner, name, max(abs(low), abs(high)), at_most=FARTHEST)
     if low > high:
         raise InputError(f"{owner}: {name} is ({low:g}, {high:g}); give the lower number first")
     return low, high

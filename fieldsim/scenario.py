@@ -20,7 +20,7 @@ from fieldsim.dynamics.auto import integrator_of
 from fieldsim.dynamics.energy_log import EnergyLog
 from fieldsim.dynamics.integrators import Integrator
 from fieldsim.dynamics.simulation import Simulation
-from fieldsim.errors import FieldsimError, InputError, ScenarioError
+from fieldsim.errors import FieldsimError, ScenarioError
 from fieldsim.plots import Picture
 from fieldsim.render.camera import Camera
 from fieldsim.world.world import World
@@ -49,14 +49,11 @@ class Scenario:
     parameters: dict = dataclasses.field(default_factory=dict)
 
     def __post_init__(self):
-        for name, kind in (("world", World), ("camera", Camera)):
-            if not isinstance(getattr(self, name), kind):
-                raise InputError(f"Scenario: {name} is {getattr(self, name)!r}; give a fs.{kind.__name__}")
+        validate.fields(self, validate.instance, "world", kinds=World, remedy="give a fs.World")
+        validate.fields(self, validate.instance, "camera", kinds=Camera, remedy="give a fs.Camera")
+        validate.fields(self, validate.text, "title", "name")
         object.__setattr__(self, "integrator", integrator_of("Scenario", self.integrator))
-        for name in ("duration", "fps"):
-            object.__setattr__(self, name, validate.number("Scenario", name, getattr(self, name), above=0.0))
-        for name in ("title", "name"):
-            validate.text("Scenario", name, getattr(self, name))
+        validate.fields(self, validate.number, "duration", "fps", above=0.0)
         validate.instance("Scenario", "parameters", self.parameters, dict, "give a dict")
 
     @property

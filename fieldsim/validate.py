@@ -49,7 +49,7 @@ def number(owner: str, name: str, value, *, above=None, at_least=None, below=Non
     if type(value) is float:
         result = value
     else:
-        array = _reals(owner, name, value, "give a number")
+        array = reals(owner, name, value, "give a number")
         if array.ndim:
             raise InputError(f"{owner}: {name} is {shown(value)}; give a number")
         result = float(array)
@@ -65,7 +65,20 @@ def whole(owner: str, name: str, value, *, at_least=None, at_most=None) -> int:
     if result != int(result):
         raise InputError(f"{owner}: {name} is {shown(value)}; give a whole number")
     _within(owner, name, int(result), "whole number", None, at_least, None, at_most)
-    return int(result)
+    # A whole number beyond 2^53 keeps its last digits.
+    return int(value) if isinstance(value, int | np.integer) else int(result)
+
+
+def size(owner: str, value, name: str = "size") -> tuple[int, int]:
+    """`value` as (width, height) in pixels, whole numbers from 1 to 16384."""
+    remedy = "give (width, height) in pixels, two whole numbers"
+    if isinstance(value, set | dict | str | bytes) or len(pair := listed(owner, name, value, remedy)) != 2:
+        raise InputError(f"{owner}: {name} is {shown(value)}; {remedy}")
+    width, height = (
+        whole(owner, f"{name}, its {side},", n, at_least=1, at_most=16384)
+        for side, n in zip(("width", "height"), pair, strict=True)
+    )
+    return width, height
 
 
 def _within(owner, name, result, noun, above, at_least, below, at_most):
@@ -112,10 +125,19 @@ def instance(owner: str, name: str, value, kinds, remedy: str):
     return value
 
 
+def having(owner: str, name: str, value, attributes, remedy: str):
+    """`value`, an object (no class) with these attributes: where importing its class would turn imports around."""
+    if isinstance(value, type) or not all(hasattr(value, attribute) for attribute in attributes):
+        raise InputError(f"{owner}: {name} is {shown(value)}; {remedy}")
+    return value
+
+
 def instances(owner: str, name: str, value, kinds, remedy: str) -> tuple:
     """`value`, a sequence (no single one) of instances of `kinds`, as a tuple."""
-    if isinstance(value, kinds) or isinstance(value, str | bytes):
-        raise InputError(f"{owner}: {name} is {shown(value)}; give a list of such; {remedy}")
+    if isinstance(value, kinds) and not isinstance(value, str):
+        raise InputError(f"{owner}: {name} is {shown(value)}; give a list of such, [...]")
+    if isinstance(value, str | bytes | dict | set):
+        raise InputError(f"{owner}: {name} is {shown(value)}; {remedy}")
     items = listed(owner, name, value, remedy)
     for index, item in enumerate(items):
         instance(owner, f"{name}[{index}]", item, kinds, remedy)
@@ -128,6 +150,25 @@ def listed(owner: str, name: str, value, remedy: str = "give a list") -> tuple:
         return tuple(value)
     except Exception:
         raise InputError(f"{owner}: {name} is {shown(value)}; {remedy}") from None
+
+
+def iterator(owner: str, name: str, value, remedy: str = "give a list"):
+    """An iterator over `value`, which may be one without end."""
+    try:
+        return iter(value)
+    except Exception:
+        raise InputError(f"{owner}: {name} is {shown(value)}; {remedy}") from None
+
+
+def optional(check, owner: str, name: str, value, *arguments, **limits):
+    """None, or `check(owner, name, value, ...)`."""
+    return None if value is None else check(owner, name, value, *arguments, **limits)
+
+
+def fields(thing, check, *names: str, **limits) -> None:
+    """Check fields of a frozen dataclass in place, in the name of its class."""
+    for name in names:
+        object.__setattr__(thing, name, check(type(thing).__name__, name, getattr(thing, name), **limits))
 
 
 def function(owner: str, name: str, value, remedy: str = "give a function"):
@@ -162,9 +203,10 @@ def numbers(owner: str, name: str, value, *, shape=None, remedy: str | None = No
     """
     if remedy is None:
         remedy = "give numbers" if shape is None else f"give an array of shape {_shape_words(shape)}"
-    array = _reals(owner, name, value, remedy)
+    array = reals(owner, name, value, remedy)
     if shape is not None and not _fits(array.shape, shape):
-        raise InputError(f"{owner}: {name} has shape {array.shape}; {remedy}")
+        found = f"is {shown(value)}" if array.ndim == 0 else f"has shape {array.shape}"
+        raise InputError(f"{owner}: {name} {found}; {remedy}")
     if not np.isfinite(array).all():
         if array.size <= 4:
             raise InputError(f"{owner}: {name} is {shown(array.tolist())}; give finite numbers")
@@ -186,7 +228,7 @@ def _shape_words(shape):
 
 def vector(owner: str, name: str, value) -> tuple[float, float, float]:
     """`value` as three finite floats."""
-    array = _reals(owner, name, value, "give three numbers (x, y, z)")
+    array = reals(owner, name, value, "give three numbers (x, y, z)")
     if array.shape != (3,):
         raise InputError(f"{owner}: {name} has shape {array.shape}; give three numbers (x, y, z)")
     if not np.isfinite(array).all():
@@ -206,7 +248,7 @@ def direction(owner: str, name: str, value) -> tuple[float, float, float]:
 
 def points(owner: str, name: str, value) -> np.ndarray:
     """`value` as an (N, 3) float64 array of finite rows."""
-    array = _reals(owner, name, value, "give an array of shape (N, 3)")
+    array = reals(owner, name, value, "give an array of shape (N, 3)")
     if array.ndim != 2 or array.shape[1] != 3:
         raise InputError(f"{owner}: {name} has shape {array.shape}; give an array of shape (N, 3)")
     finite = np.isfinite(array)
@@ -230,8 +272,8 @@ def array(owner: str, name: str, value, remedy: str) -> np.ndarray:
         raise InputError(f"{owner}: {name} is {shown(value)} and cannot be read as numbers; {remedy}") from None
 
 
-def _reals(owner, name, value, remedy):
-    """`value` as a float64 array, where nothing of its meaning is lost by that."""
+def reals(owner: str, name: str, value, remedy: str) -> np.ndarray:
+    """`value` as a float64 array, maybe not finite, where nothing of its meaning is lost by that."""
     _refuse_meaning(owner, name, value)
     try:
         array = np.asarray(value)
@@ -311,5 +353,5 @@ def answer(owner: str, name: str, function, *arguments):
         )
         given = ", ".join(f"{a:g}" if isinstance(a, float) else shown(a) for a in arguments)
         raise InputError(
-            f"{owner}: {name}, a function, failed at {given}: {type(error).__name__}: {error} ({where})"
+            f"{owner}: {name}, a function, failed at {given}: {type(error).__name__}: {error}; see {where}"
         ) from error

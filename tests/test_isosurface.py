@@ -61,7 +61,7 @@ def test_files_hold_the_mesh(tmp_path):
     assert len(list(tmp_path.iterdir())) == 4
     with pytest.raises(InputError, match=r"ends in no format of meshes; known: .*stl"):
         found.save(tmp_path / "ring.xyzzy")
-    with pytest.raises(InputError, match="cannot be written"):
+    with pytest.raises(InputError, match="does not exist; create it first"):
         found.save(tmp_path / "nowhere" / "ring.stl")
 
 

@@ -86,7 +86,7 @@ def test_a_function_that_raises(place):
     with pytest.raises(fs.InputError, match=re.escape(name)) as caught:
         ask(failing)
     line = inspect.getsourcelines(failing)[1] + 1
-    assert f"ZeroDivisionError: division by zero (test_own_functions.py:{line} in failing)" in str(caught.value)
+    assert f"ZeroDivisionError: division by zero; see test_own_functions.py:{line} in failing" in str(caught.value)
     assert "at 0.5" in str(caught.value)
 
 

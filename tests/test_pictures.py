@@ -176,7 +176,7 @@ def test_files_that_are_no_pictures_are_refused_at_once(tmp_path):
     ("make", "words"),
     [
         (lambda: fs.ImageTexture(RAMP, 2), r"ImageTexture: repeat is 2; give two numbers"),
-        (lambda: fs.ImageTexture(RAMP, (1, 0)), "ImageTexture: repeat is 0; give a number above 0"),
+        (lambda: fs.ImageTexture(RAMP, (1, 0)), "ImageTexture: repeat is .*; give two numbers .* above 0"),
         (lambda: fs.Background(intensity=-1), "Background: intensity is -1"),
         (lambda: fs.Background(turn=math.nan), "Background: turn is nan"),
     ],

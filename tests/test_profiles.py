@@ -231,15 +231,18 @@ def test_profiled():
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: Profile((1,), "wave"), "Profile: shape is 'wave'; give one of along, hat, sine"),
-        (lambda: Profile(()), "Profile: 0 coefficients; give 1 to 13"),
-        (lambda: profile.polynomial(*range(14)), "Profile: 14 coefficients; give 1 to 13"),
-        (lambda: Profile(3.0), "Profile: coefficients are 3.0; give a sequence"),
-        (lambda: Profile((1, np.nan)), r"Profile: coefficients\[1\] is nan"),
+        (lambda: Profile((1,), "wave"), "Profile: shape is 'wave'; give 'along', 'hat' or 'sine'"),
+        (lambda: Profile(()), "Profile: coefficients has 0 numbers; give a list of 1 to 13"),
+        (lambda: profile.polynomial(*range(14)), "Profile: coefficients has 14 numbers; give a list of 1 to 13"),
+        (lambda: Profile(3.0), "Profile: coefficients is 3.0; give a list"),
+        (lambda: Profile((1, np.nan)), "Profile: coefficients is .*nan"),
         (lambda: profile.linear("thick"), "linear: start is 'thick'"),
-        (lambda: profiled(Circle((0, 0, 0), (0, 0, 1), 1), profile.hat()), "has no profiles; give a Segment or an Arc"),
+        (
+            lambda: profiled(Circle((0, 0, 0), (0, 0, 1), 1), profile.hat()),
+            "has no profiles; give a fs.Segment or a fs.Arc",
+        ),
         (lambda: ProfiledSegment((0, 0, 0), (1, 0, 0), 2.0), "ProfiledSegment: profile is 2.0"),
-        (lambda: profiled(SEGMENT, "hat"), "ProfiledSegment: profile is 'hat'"),
+        (lambda: profiled(SEGMENT, "hat"), "profiled: profile is 'hat'"),
         (lambda: TaperedSegment((0, 0, 0), (1, 0, 0), -1, 2), "TaperedSegment: start_density is -1"),
         (lambda: TaperedSegment((0, 0, 0), (1, 0, 0), 0, 0), "start_density and end_density are both 0"),
         (lambda: TaperedSegment((0, 0, 0), (0, 0, 0)), "start and end are both"),
@@ -261,7 +264,7 @@ def test_bad_input(call, message):
     ],
 )
 def test_a_profile_is_no_density(spread, primitive):
-    with pytest.raises(InputError, match=r"gravity: skeleton\[[01]\] is a Profiled.* give the plain primitive"):
+    with pytest.raises(InputError, match=r"(gravity|Body): skeleton\[[01]\] is a Profiled.* give the plain primitive"):
         spread(profiled(primitive, profile.linear(0, 2)))
 
 

@@ -358,7 +358,7 @@ def test_a_world_without_lights_is_told():
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: fs.Material(reflection=1.5), "reflection is 1.5; give a share"),
+        (lambda: fs.Material(reflection=1.5), "reflection is 1.5; give a number of at most 1"),
         (lambda: fs.Material(transmission=-0.1), "transmission is -0.1"),
         (lambda: fs.Material(ior=0.0), "ior is 0"),
         (lambda: fs.Material(visible_to=("camera", "shadows")), "did you mean 'shadow'"),

@@ -95,7 +95,7 @@ def test_no_particles():
         (lambda: sampling.shell(5, radius=2, speed=lambda r: r * np.nan, seed=1), "speed is nan at distance 2"),
         (lambda: sampling.ball(5, radius=0, seed=1), "radius is 0"),
         (lambda: sampling.cylinder(5, radius=1, height=2, seed=1), "height is 2; give two numbers"),
-        (lambda: sampling.orbits(5, radius=1, mass=-1, seed=1), "G mass is -1"),
+        (lambda: sampling.orbits(5, radius=1, mass=-1, seed=1), "mass is -1"),
         (lambda: sampling.box(5, low=(1, 0, 0), high=(0, 1, 1), seed=1), "swap the coordinates"),
     ],
 )

@@ -143,7 +143,7 @@ SOLVERS_ALIKE = ("hermite", "referee")
 def test_what_a_solver_cannot_do_is_told_before_rendering():
     with pytest.raises(fs.InputError, match="'laguerre' cannot do Gaussian on Segment, only SoftObject on Point"):
         fs.Renderer((8, 8), solver="laguerre").frame(world().at(0.0), CAMERA)
-    with pytest.raises(fs.InputError, match="unknown solver 'hermit'; did you mean 'hermite'"):
+    with pytest.raises(fs.InputError, match="Renderer: solver is 'hermit'; did you mean 'hermite'"):
         fs.Renderer((8, 8), solver="hermit")
 
 

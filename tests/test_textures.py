@@ -76,13 +76,13 @@ def test_rows_hold_the_other_colour():
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: Checker("whit"), "Checker: unknown color 'whit'; did you mean 'white'"),
-        (lambda: Wood(other="sandy"), "Wood: unknown color"),
+        (lambda: Checker("whit"), "Checker: color is 'whit', an unknown color; did you mean 'white'"),
+        (lambda: Wood(other="sandy"), "Wood: other is 'sandy'"),
         (lambda: Marble(scale=0.0), "Marble: scale is 0"),
         (lambda: Marble(turbulence=-1.0), "Marble: turbulence is -1"),
         (lambda: Clouds(seed=1.5), "Clouds: seed is 1.5"),
-        (lambda: Material("mable"), "Material: unknown color 'mable'; did you mean 'marble'"),
-        (lambda: Material("terracota"), "Material: unknown color 'terracota'; did you mean 'terracotta'"),
+        (lambda: Material("mable"), "Material: color is 'mable', an unknown color; did you mean 'marble'"),
+        (lambda: Material("terracota"), "Material: color is 'terracota', an unknown color; did you mean 'terracotta'"),
         (lambda: Material("xq"), "give a CSS name, '#rrggbb' or .*, 'checker', 'clouds', 'marble', 'wood'"),
     ],
 )

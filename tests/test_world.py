@@ -68,9 +68,9 @@ def test_linear_and_step_keyframes():
     [
         ([0, 1], [1.0], "2 times for 1 values"),
         ([0, 0], [1.0, 2.0], "do not increase"),
-        ([0, math.nan], [1.0, 2.0], r"times\[1\] is nan"),
-        ([0, 1], [1.0, math.inf], "not finite"),
-        ([0, 1], [(1, 2), (1, 2, 3)], "differ in shape"),
+        ([0, math.nan], [1.0, 2.0], "times is .*nan"),
+        ([0, 1], [1.0, math.inf], "values is .*inf"),
+        ([0, 1], [(1, 2), (1, 2, 3)], "all of one shape"),
         ([], [], "0 times"),
     ],
 )
@@ -103,7 +103,7 @@ def test_keyframes_of_poses_turn_without_a_jerk(loop):
 
 
 def test_a_pose_among_numbers_is_refused():
-    with pytest.raises(InputError, match=r"values\[1\] is 2.0 among poses"):
+    with pytest.raises(InputError, match=r"values\[1\] is 2.0; give a fs.Pose"):
         Keyframes([0, 1], [Pose(), 2.0])
 
 

@@ -72,9 +72,14 @@ class Auto(Integrator):
     )
 
     def __post_init__(self):
-        object.__setattr__(self, "tolerance", validate.number("Auto", "tolerance", self.tolerance, above=0.0))
-        if self.span is not None:
-            object.__setattr__(self, "span", validate.number("Auto", "span", self.span, above=0.0))
+        validate.fields(self, validate.number, "tolerance", above=0.0)
+        object.__setattr__(self, "span", validate.optional(validate.number, "Auto", "span", self.span, above=0.0))
+        remedy = "give a list of methods, such as (fs.Leapfrog, fs.BlanesMoan6)"
+        methods = validate.instances("Auto", "candidates", self.candidates, type, remedy)
+        known = [m for m in methods if issubclass(m, Splitting | Radau) and m is not Splitting]
+        if not methods or len(known) < len(methods):
+            raise InputError(f"Auto: candidates is {validate.shown(self.candidates)}; {remedy}")
+        object.__setattr__(self, "candidates", methods)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -13,10 +13,9 @@ from fieldsim.dynamics.mutual import MutualGravity
 from fieldsim.dynamics.refusals import refuse_mixture
 from fieldsim.dynamics.repulsion import contact_energy
 from fieldsim.dynamics.sources import Sources, field_and_gradient, upload
-from fieldsim.errors import InputError
 from fieldsim.world.contact import Repulsion
 from fieldsim.world.motion import Pose, Spin
-from fieldsim.world.world import Snapshot
+from fieldsim.world.world import Snapshot, World
 
 
 @dataclasses.dataclass(frozen=True)
@@ -67,8 +66,8 @@ def angular_momentum(snapshot, center=(0.0, 0.0, 0.0)) -> np.ndarray:
 
 def jacobi(snapshot, spin: Spin) -> np.ndarray:
     """The Jacobi integral E - omega . L about the spin's centre, (N,): kept where all that pulls turns with `spin`."""
-    if not isinstance(spin, Spin):
-        raise InputError(f"jacobi: spin is {spin!r}; give the fs.Spin with which the bodies turn")
+    _state("jacobi", snapshot)
+    validate.instance("jacobi", "spin", spin, Spin, "give the fs.Spin with which the bodies turn")
     momentum = angular_momentum(snapshot, spin.center)
     return energy(snapshot).total - momentum @ (spin.rate * np.array(spin.axis))
 
@@ -97,6 +96,7 @@ def common_spin(world) -> Spin | None:
     Two spins are one where their axes are one line and their rates about it agree, however they are written. What lies
     evenly about that line turns with any spin, also while it stands still or turns faster.
     """
+    validate.instance("common_spin", "world", world, World, "give a fs.World")
     bodies = acting(world)
     if any(changing(world, body) for body in bodies) or any(
         particles.gravity is not None for particles in world.particles

@@ -6,6 +6,7 @@ import warnings
 
 import numpy as np
 
+from fieldsim import validate
 from fieldsim.copies import Uncopied
 from fieldsim.dynamics.bare import particle_name
 from fieldsim.dynamics.diagnostics import acting, changing, common_spin, energy, jacobi, repels
@@ -92,6 +93,9 @@ class EnergyLog(Uncopied):
     _remedy = "keep log.report() or log.history"
 
     def __init__(self, simulation):
+        from fieldsim.dynamics.simulation import Simulation  # which takes logs of its trial runs
+
+        validate.instance("EnergyLog", "simulation", simulation, Simulation, "give a fs.Simulation")
         self._simulation = simulation
         self.totals = totals_of(simulation)
         bodies = acting(simulation.world)

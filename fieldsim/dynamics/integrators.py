@@ -54,18 +54,20 @@ class Splitting(Integrator):
         cls.evaluations = sum(stages_used[1:])
 
     def __post_init__(self):
-        object.__setattr__(self, "dt", validate.number(type(self).__name__, "dt", self.dt, above=0.0))
+        validate.fields(self, validate.number, "dt", above=0.0)
 
     def steps(self, duration: float) -> tuple[int, float]:
         """Number and length of the equal steps, at most `dt` long, that fill `duration`.
 
         Raises InputError where a step would be too short to change the time.
         """
+        duration = validate.number(f"{type(self).__name__}.steps", "duration", duration, at_least=0.0)
         # A quotient that misses a whole number by rounding is that number.
-        count = math.ceil(duration / self.dt * (1.0 - 1e-12))
+        count = duration / self.dt * (1.0 - 1e-12)
         if count > 2**53:
             name = type(self).__name__
             raise InputError(f"{name}: dt is {self.dt:g}, too short for a duration of {duration:g}; give a longer dt")
+        count = math.ceil(count)
         return count, duration / count if count else 0.0
 
 

@@ -19,7 +19,8 @@ from fieldsim.dynamics.sources import Stages, hessian_at
 from fieldsim.dynamics.state import State, added
 from fieldsim.dynamics.steps import Method, Particle, method_of, particle_at, put
 from fieldsim.errors import InputError
-from fieldsim.launch import launch
+from fieldsim.launch import checked_threads, launch
+from fieldsim.world.world import World
 
 # Tangent vectors are made orthonormal every so many steps, before they fall onto one another.
 EVERY = wp.constant(16)
@@ -51,12 +52,14 @@ def lyapunov(
     vectors. integrator: a splitting without force gradients (`Leapfrog()` unless told). Raises InputError for others,
     and where particles have a contact law, may escape or pull each other.
     """
+    validate.instance("lyapunov", "world", world, World, "give a fs.World")
     refuse("lyapunov", "lyapunov", world)
     duration = validate.number("lyapunov", "duration", duration, above=0.0)
-    if count not in range(1, 7):
-        raise InputError(f"lyapunov: count is {count!r}; give 1 to 6, as many as phase space has dimensions")
-    if samples < 1:
-        raise InputError(f"lyapunov: samples is {samples!r}; give at least 1")
+    # As many as phase space has dimensions.
+    count = validate.whole("lyapunov", "count", count, at_least=1, at_most=6)
+    samples = validate.whole("lyapunov", "samples", samples, at_least=1)
+    seed = validate.whole("lyapunov", "seed", seed, at_least=0)
+    threads = checked_threads("lyapunov", threads)
     integrator = splitting_for("lyapunov", integrator)
     if any(integrator.gradients):
         name = type(integrator).__name__

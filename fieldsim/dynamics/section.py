@@ -16,8 +16,9 @@ from fieldsim.dynamics.sources import Stages, field_at, spin_poses
 from fieldsim.dynamics.state import State
 from fieldsim.dynamics.steps import Method, advance_of, method_of, part_of, particle_at, put
 from fieldsim.errors import InputError
-from fieldsim.launch import launch
+from fieldsim.launch import checked_threads, launch
 from fieldsim.world.motion import IDENTITY, Spin, pose_at
+from fieldsim.world.world import World
 
 # Halvings and Newton steps towards a crossing at most.
 REFINEMENTS = wp.constant(60)
@@ -37,15 +38,18 @@ class Section:
     spin: Spin | None = None
 
     def __post_init__(self):
-        object.__setattr__(self, "point", validate.vector("Section", "point", self.point))
-        object.__setattr__(self, "normal", validate.direction("Section", "normal", self.normal))
-        if self.direction not in (-1, 0, 1):
-            raise InputError(f"Section: direction is {self.direction!r}; give 1, -1, or 0 for both ways")
-        if not isinstance(self.spin, Spin | None):
-            raise InputError(f"Section: spin is {self.spin!r}; give the fs.Spin with which the plane turns, or None")
+        validate.fields(self, validate.vector, "point")
+        validate.fields(self, validate.direction, "normal")
+        validate.fields(self, validate.whole, "direction", at_least=-1, at_most=1)
+        remedy = "give the fs.Spin with which the plane turns, or None"
+        validate.instance("Section", "spin", self.spin, Spin | None, remedy)
 
     def seen(self, times, x, v) -> tuple[np.ndarray, np.ndarray]:
         """Positions and velocities (M, 3) of the world's frame at `times` (M,), as seen from the section's frame."""
+        x, v = validate.points("Section.seen", "x", x), validate.points("Section.seen", "v", v)
+        times = validate.numbers("Section.seen", "times", times, shape=(len(x),))
+        if len(v) != len(x):
+            raise InputError(f"Section.seen: x has shape {x.shape} but v {v.shape}; give one velocity per position")
         if self.spin is None:
             return x, v
         center, omega = np.array(self.spin.center), self.spin.rate * np.array(self.spin.axis)
@@ -78,8 +82,9 @@ def poincare(world, section: Section, duration: float, integrator=None, *, devic
     the plane twice within one step only touches it, and is not seen to. Bodies move as they do in a simulation, free
     ones too. Raises InputError where particles have a contact law, may escape or pull each other.
     """
-    if not isinstance(section, Section):
-        raise InputError(f"poincare: section is {section!r}; give a fs.Section")
+    validate.instance("poincare", "world", world, World, "give a fs.World")
+    validate.instance("poincare", "section", section, Section, "give a fs.Section")
+    threads = checked_threads("poincare", threads)
     refuse("poincare", "poincare", world)
     duration = validate.number("poincare", "duration", duration, above=0.0)
     options = {"device": device, "threads": threads}
@@ -95,9 +100,8 @@ def poincare(world, section: Section, duration: float, integrator=None, *, devic
 def splitting_for(who, integrator) -> Splitting:
     """`integrator` as the splitting that a study of free motion takes: `Leapfrog()` for None; InputError for others."""
     integrator = Leapfrog() if integrator is None else integrator
-    if not isinstance(integrator, Splitting):
-        raise InputError(f"{who}: integrator is {integrator!r}; give a splitting such as fs.BlanesMoan6(dt)")
-    return integrator
+    remedy = "give a splitting such as fs.BlanesMoan6(dt)"
+    return validate.instance(who, "integrator", integrator, Splitting, remedy)
 
 
 class _Sectioned(Simulation):

@@ -4,6 +4,7 @@ import contextlib
 import functools
 import math
 import warnings
+from collections.abc import Iterator
 
 import numpy as np
 import warp as wp
@@ -26,7 +27,7 @@ from fieldsim.dynamics.state import State, renew, state_of
 from fieldsim.dynamics.steps import LANES, contact_kernel, method_of, release_kernel, splitting_kernel
 from fieldsim.dynamics.surfaces import Surfaces
 from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
-from fieldsim.launch import device_named, launch
+from fieldsim.launch import checked_threads, device_named, launch
 from fieldsim.world.contact import Status
 from fieldsim.world.world import Snapshot, World
 
@@ -55,7 +56,8 @@ class Simulation(Uncopied):
         self._parts = (*world.bodies, *world.particles)
         self._time = validate.number("Simulation", "time", time)
         self.device = device_named(device)
-        self.threads = threads
+        self.threads = threads = checked_threads("Simulation", threads)
+        log = validate.whole("Simulation", "log", log, at_least=1)
         self.choice: Choice | None = None
         self.integrator = integrator_of("Simulation", integrator)
         refuse_mixture("Simulation", world)
@@ -73,7 +75,7 @@ class Simulation(Uncopied):
         grain = self._surfaces.grain if self._surfaces else math.inf
         # Whether anything can happen to a particle but free motion.
         self._eventful = bool(self._surfaces) or world.escape_radius is not None
-        kept = self._kept(log) if self._eventful else 0
+        kept = log if self._eventful else 0
         self._balls = balls_of(world.particles, world.escape_radius, grain, kept, self.device)
         self._state.x = self._release(self._state.x)
         refuse_particles_on_sources(world, world.at(self.time).poses, self.time, self.positions)
@@ -98,12 +100,6 @@ class Simulation(Uncopied):
         """What particles may touch, or None."""
         touching = any(particles.contact for particles in world.particles)
         return Surfaces(world, self.time, self._free.poses) if touching else None
-
-    @staticmethod
-    def _kept(log):
-        if not isinstance(log, int) or isinstance(log, bool) or log < 1:
-            raise InputError(f"Simulation: log is {log!r}; give a whole number of events per particle, at least 1")
-        return log
 
     def _release(self, x, which=True):
         """Positions x (N,) with those of the particles `which` that lie inside a surface moved out, with a warning."""
@@ -352,7 +348,7 @@ class Simulation(Uncopied):
 
     def watch(self, watcher) -> None:
         """Call `watcher(sources, state, steps, start, dt)` ahead of every launch of `steps` from time `start` on."""
-        self._watchers.append(watcher)
+        self._watchers.append(validate.function("Simulation.watch", "watcher", watcher))
 
     def _gravity_at(self, times):
         """Gravity's tables of a launch whose stages are at `times`."""
@@ -407,11 +403,14 @@ class Simulation(Uncopied):
         self._refuse_changes()
         return Snapshot(self.world, self.time, self._free.poses_with(self.time), self.positions, self.velocities)
 
-    def snapshots(self, times):
+    def snapshots(self, times) -> Iterator[Snapshot]:
         """Advance to each of the increasing `times` in turn and yield the snapshot there.
 
         A run that fails under way has yielded the snapshots before.
         """
-        for time in times:
-            self.advance(time)
-            yield self.snapshot()
+        times = validate.iterator("Simulation.snapshots", "times", times, "give a list of times")
+        return (self._snapshot_at(time) for time in times)
+
+    def _snapshot_at(self, time):
+        self.advance(time)
+        return self.snapshot()

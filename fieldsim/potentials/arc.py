@@ -56,16 +56,17 @@ class Arc(Primitive):
     directions = ("normal", "start")
 
     def _checked(self):
-        normal = validate.direction("Arc", "normal", self.normal)
-        angle = validate.number("Arc", "angle", self.angle, above=0.0)
+        owner = type(self).__name__
+        normal = validate.direction(owner, "normal", self.normal)
+        angle = validate.number(owner, "angle", self.angle, above=0.0)
         # A sum such as 3 * (tau / 3) may exceed the turn by rounding.
         if angle > TAU * (1.0 + 1e-12):
-            raise InputError(f"Arc: angle is {angle:g}; give radians in (0, 2 pi]")
+            raise InputError(f"{owner}: angle is {angle:g}; give radians in (0, 2 pi]")
         return {
-            "center": validate.vector("Arc", "center", self.center),
+            "center": validate.vector(owner, "center", self.center),
             "normal": normal,
-            "start": _across(normal, validate.direction("Arc", "start", self.start)),
-            "radius": validate.number("Arc", "radius", self.radius, above=0.0),
+            "start": _across(owner, normal, validate.direction(owner, "start", self.start)),
+            "radius": validate.number(owner, "radius", self.radius, above=0.0),
             "angle": min(angle, TAU),
         }
 
@@ -88,13 +89,13 @@ class Arc(Primitive):
         row[17:20] = self.normal
 
 
-def _across(normal, start):
+def _across(owner, normal, start):
     """The unit direction of `start`'s part across `normal`; raises InputError when there is none."""
     n = np.array(normal)
     across = np.array(start) - np.dot(start, n) * n
     size = np.linalg.norm(across)
     if size < 1e-9:
-        raise InputError(f"Arc: start {start} is parallel to normal {normal}; give a direction across the normal")
+        raise InputError(f"{owner}: start {start} is parallel to normal {normal}; give a direction across the normal")
     # Once more: for a start close to the normal, rounding left a part along it.
     across = across / size
     across = across - np.dot(across, n) * n

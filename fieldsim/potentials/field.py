@@ -11,6 +11,7 @@ from fieldsim import launch, validate
 from fieldsim.errors import InputError
 from fieldsim.potentials import cells
 from fieldsim.potentials.kernels import Kernel, Newtonian
+from fieldsim.potentials.mesh import TriangleMesh
 from fieldsim.potentials.primitive import Primitive
 
 
@@ -34,9 +35,8 @@ class Field:
     __array_ufunc__ = None
 
     def __init__(self, primitives, kernel: Kernel, strength=1.0):
-        primitives = skeleton(primitives)
-        if not isinstance(kernel, Kernel):
-            raise InputError(f"Field: kernel is {kernel!r}; give one such as Gaussian(a=2.0)")
+        primitives = skeleton("Field", primitives)
+        validate.instance("Field", "kernel", kernel, Kernel, "give one such as fs.Gaussian(a=2.0)")
         self.terms = tuple(
             Term(p, kernel, s) for p, s in zip(primitives, _strengths(strength, len(primitives)), strict=True)
         )
@@ -60,6 +60,7 @@ class Field:
 
     def at(self, time: float) -> "Field":
         """The field at `time`, with nothing left to animate; itself where nothing is."""
+        time = validate.number("Field", "time", time)
         if not self.animated:
             return self
         terms = []
@@ -208,6 +209,7 @@ def _multiplied(factor, strength, time):
 class _SpreadMass:
     """G times a mass over the measure of a skeleton, at a time. Every element asks for it at the same one."""
 
+    owner: str
     primitives: tuple[Primitive, ...]
     mass: object
     G: float
@@ -220,7 +222,7 @@ class _SpreadMass:
         if known != time:
             strength = (
                 self.G
-                * _number_at("gravity", "mass", self.mass, time)
+                * _number_at(self.owner, "mass", self.mass, time)
                 / total_measure(p.at(time) for p in self.primitives)
             )
             self.latest[0] = time, strength
@@ -235,49 +237,55 @@ def gravity(primitives, mass, *, G=1.0, kernel: Kernel | None = None) -> Field:
     Raises InputError for a mass or G that is not finite, for a skeleton that mixes points, curves and surfaces, and for
     profiled primitives: a profile shapes a surface and is no density.
     """
-    primitives = skeleton(primitives)
+    return spread("gravity", primitives, mass, G, Newtonian() if kernel is None else kernel)
+
+
+def spread(owner: str, primitives, mass, G, kernel: Kernel) -> Field:
+    """`gravity` in the name of `owner`."""
+    primitives = skeleton(owner, primitives)
     for index, primitive in enumerate(primitives):
         if not primitive.carries_mass:
             raise InputError(
-                f"gravity: skeleton[{index}] is a {type(primitive).__name__}, and a profile is no density; give the "
+                f"{owner}: skeleton[{index}] is a {type(primitive).__name__}, and a profile is no density; give the "
                 "plain primitive, or a TaperedSegment, which has one (the profile may shape another body's surface)"
             )
-    kernel = Newtonian() if kernel is None else kernel
-    G = validate.number("gravity", "G", G)
-    _refuse_mixed_dimensions(primitives)
+    validate.instance(owner, "kernel", kernel, Kernel, "give a kernel such as fs.Newtonian(), or None")
+    G = validate.number(owner, "G", G)
+    _refuse_mixed_dimensions(owner, primitives)
     if not callable(mass):
-        mass = validate.number("gravity", "mass", mass)
+        mass = validate.number(owner, "mass", mass)
     if not callable(mass) and not any(p.animated for p in primitives):
         return Field(primitives, kernel, G * mass / total_measure(primitives))
 
-    return Field(primitives, kernel, _SpreadMass(primitives, mass, G))
+    return Field(primitives, kernel, _SpreadMass(owner, primitives, mass, G))
 
 
 def total_measure(primitives) -> float:
     """Total measure of a concrete skeleton of one dimension; raises InputError for one that mixes dimensions."""
     primitives = list(primitives)
-    _refuse_mixed_dimensions(primitives)
+    _refuse_mixed_dimensions("gravity", primitives)
     return float(sum(p.measure for p in primitives))
 
 
-def _refuse_mixed_dimensions(primitives):
+def _refuse_mixed_dimensions(owner, primitives):
     if len({p.dimension for p in primitives}) > 1:
         raise InputError(
-            "a skeleton that mixes points, curves and surfaces has no common measure to spread mass over; "
+            f"{owner}: a skeleton that mixes points, curves and surfaces has no common measure to spread mass over; "
             "add one Field or Body for each"
         )
 
 
-def skeleton(primitives) -> tuple[Primitive, ...]:
+def skeleton(owner: str, primitives) -> tuple[Primitive, ...]:
     """One primitive or a sequence of them, as a tuple; raises InputError for anything else."""
-    result = (primitives,) if isinstance(primitives, Primitive) else tuple(primitives)
-    for index, primitive in enumerate(result):
-        if not isinstance(primitive, Primitive):
-            raise InputError(
-                f"skeleton[{index}] is {primitive!r}; give primitives such as Segment((0, 0, 0), (1, 0, 0))"
-            )
+    if isinstance(primitives, Primitive):
+        return (primitives,)
+    if isinstance(primitives, TriangleMesh):
+        remedy = "give mesh.triangles(), its hollow shell, or fs.solid_faces(mesh), what it encloses"
+        raise InputError(f"{owner}: the skeleton is {primitives!r}; {remedy}")
+    remedy = "give primitives such as fs.Segment((0, 0, 0), (1, 0, 0))"
+    result = validate.instances(owner, "skeleton", primitives, Primitive, remedy)
     if not result:
-        raise InputError("the skeleton is empty; give at least one primitive")
+        raise InputError(f"{owner}: the skeleton is empty; give at least one primitive")
     return result
 
 
@@ -290,7 +298,7 @@ def _strengths(strength, count):
     """One checked strength (a number, or a function of time) per primitive."""
     if callable(strength):
         return [strength] * count
-    if not isinstance(strength, list | tuple) and getattr(strength, "ndim", 0) == 0:
+    if not isinstance(strength, list | tuple) and not (isinstance(strength, np.ndarray) and strength.ndim):
         return [validate.number("Field", "strength", strength)] * count
     if len(strength) != count:
         raise InputError(
@@ -301,11 +309,9 @@ def _strengths(strength, count):
 
 def _host_points(points):
     """`points` as a checked (N, 3) array, and whether they were a single (3,)."""
-    try:
-        single = np.ndim(points) == 1 and len(points) == 3
-    except ValueError:
-        single = False
-    return validate.points("Field", "points", [points] if single else points), single
+    array = validate.reals("Field", "points", points, "give an array of shape (N, 3) or (3,)")
+    single = array.shape == (3,)
+    return validate.points("Field", "points", array[None] if single else array), single
 
 
 @functools.cache

@@ -32,12 +32,11 @@ def level_mesh(field, level: float, low, high, *, resolution=None, tolerance=Non
     if resolution is not None and tolerance is not None:
         raise InputError("mesh: resolution and tolerance are both given; give one of them")
     cells = RESOLUTION if resolution is None else resolution
-    if int(cells) != cells or not 4 <= cells <= FINEST:
-        raise InputError(f"mesh: resolution is {cells!r}; give a whole number from 4 to {FINEST}")
+    cells = validate.whole("mesh", "resolution", cells, at_least=4, at_most=FINEST)
+    tolerance = validate.optional(validate.number, "mesh", "tolerance", tolerance, above=0.0)
     low, high = _box(field, level, np.array(low, dtype=float), np.array(high, dtype=float))
     if tolerance is None:
-        return _marched(field, level, low, high, int(cells))
-    tolerance = validate.number("mesh", "tolerance", tolerance, above=0.0)
+        return _marched(field, level, low, high, cells)
     cells = 16
     while True:
         found = _marched(field, level, low, high, cells)

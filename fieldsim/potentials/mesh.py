@@ -136,14 +136,11 @@ def _merged(vertices, faces):
 
 def _indices(faces, count):
     """`faces` as an (F, 3) array of checked indices."""
-    try:
-        array = np.array(faces)
-    except ValueError:
-        array = np.array(None)
+    remedy = "give integers of shape (F, 3)"
+    validate.numbers("TriangleMesh", "faces", faces, shape=(None, 3), remedy=remedy)
+    array = np.asarray(faces)
     if array.ndim != 2 or array.shape[1] != 3 or array.dtype.kind not in "iu":
-        raise InputError(
-            f"TriangleMesh: faces are an array of {array.dtype} with shape {array.shape}; give integers of shape (F, 3)"
-        )
+        raise InputError(f"TriangleMesh: faces are an array of {array.dtype} with shape {array.shape}; {remedy}")
     if not len(array):
         raise InputError("TriangleMesh: there are no faces; give at least one")
     bad = np.flatnonzero(((array < 0) | (array >= count)).any(axis=1))

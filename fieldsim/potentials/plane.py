@@ -43,7 +43,9 @@ class Plane(Primitive):
     @property
     def measure(self) -> float:
         """Raises InputError: mass cannot be spread over an infinite area."""
-        raise InputError(f"{self!r} has an infinite area; give its field a strength instead of a mass")
+        raise InputError(
+            f"{self!r} is of infinite area, where no mass can be spread; give fs.rectangle(...) or fs.disc(...)"
+        )
 
     @property
     def box(self):

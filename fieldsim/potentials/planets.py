@@ -21,21 +21,29 @@ UP = (0.0, 0.0, 1.0)
 
 def cigar(length=2.0, *, center=ORIGIN, axis=(1.0, 0.0, 0.0)) -> tuple[Segment]:
     """One segment along `axis`, its middle at `center`."""
-    half = 0.5 * _positive("cigar", "length", length) * np.array(validate.direction("cigar", "axis", axis))
-    center = np.array(validate.vector("cigar", "center", center))
-    return (Segment(center - half, center + half),)
+    return (_cigar("cigar", length, center, axis),)
+
+
+def _cigar(owner, length, center, axis):
+    half = 0.5 * _positive(owner, "length", length) * np.array(validate.direction(owner, "axis", axis))
+    center = np.array(validate.vector(owner, "center", center))
+    return Segment(center - half, center + half)
 
 
 def cross(length=2.0, *, center=ORIGIN, normal=UP) -> tuple[Segment, ...]:
     """Two segments of the given length that halve each other at right angles."""
-    return asterisk(4, 0.5 * _positive("cross", "length", length), center=center, normal=normal)
+    return _asterisk("cross", 4, 0.5 * _positive("cross", "length", length), center, normal)
 
 
 def asterisk(arms: int = 6, radius=1.0, *, center=ORIGIN, normal=UP) -> tuple[Segment, ...]:
     """Straight arms from `center`, evenly around; opposite ones are one segment."""
-    place = _plane("asterisk", center, normal)
-    arms = _count("asterisk", "arms", arms, 2)
-    tips = place(_ring(arms, _positive("asterisk", "radius", radius)))
+    arms = validate.whole("asterisk", "arms", arms, at_least=2)
+    return _asterisk("asterisk", arms, radius, center, normal)
+
+
+def _asterisk(owner, arms, radius, center, normal):
+    place = _plane(owner, center, normal)
+    tips = place(_ring(arms, _positive(owner, "radius", radius)))
     if arms % 2 == 0:
         return tuple(Segment(tips[k], tips[k + arms // 2]) for k in range(arms // 2))
     return tuple(Segment(place(np.zeros((1, 3)))[0], tip) for tip in tips)
@@ -43,18 +51,18 @@ def asterisk(arms: int = 6, radius=1.0, *, center=ORIGIN, normal=UP) -> tuple[Se
 
 def jack(length=2.0, *, center=ORIGIN) -> tuple[Segment, ...]:
     """Three segments along x, y and z that halve each other."""
-    length = _positive("jack", "length", length)
-    return tuple(cigar(length, center=center, axis=axis)[0] for axis in np.eye(3))
+    return tuple(_cigar("jack", length, center, axis) for axis in np.eye(3))
 
 
 def donut(radius=1.0, *, center=ORIGIN, normal=UP) -> tuple[Circle]:
     """One circle."""
-    return (Circle(center, normal, radius),)
+    center, normal = validate.vector("donut", "center", center), validate.direction("donut", "normal", normal)
+    return (Circle(center, normal, _positive("donut", "radius", radius)),)
 
 
 def star(points: int = 5, radius=1.0, inner=0.4, *, center=ORIGIN, normal=UP) -> tuple[Segment, ...]:
     """The outline of a star: tips at `radius`, notches between them at `inner`, which is smaller."""
-    points = _count("star", "points", points, 2)
+    points = validate.whole("star", "points", points, at_least=2)
     radius, inner = _positive("star", "radius", radius), _positive("star", "inner", inner)
     if not inner < radius:
         raise InputError(f"star: inner is {inner:g} and radius {radius:g}; give an inner radius below the outer")
@@ -85,7 +93,8 @@ def spiral(turns=3.0, radius=1.0, inner=0.1, *, center=ORIGIN, normal=UP, tolera
 def helix(turns=3.0, radius=0.5, height=2.0, *, center=ORIGIN, normal=UP, tolerance=None) -> tuple[Primitive, ...]:
     """A spring around `normal`, its middle at `center`, as arcs within `tolerance` (a thousandth of the radius)."""
     turns, radius = _positive("helix", "turns", turns), _positive("helix", "radius", radius)
-    rise = _positive("helix", "height", height) / (2 * math.pi * turns)
+    height = _positive("helix", "height", height)
+    rise = height / (2 * math.pi * turns)
 
     def shape(t):
         return _columns(radius * np.cos(t), radius * np.sin(t), rise * t - 0.5 * height)
@@ -98,7 +107,8 @@ def helix(turns=3.0, radius=0.5, height=2.0, *, center=ORIGIN, normal=UP, tolera
 
 def knot(radius=1.0, *, center=ORIGIN, normal=UP, tolerance=None) -> tuple[Primitive, ...]:
     """A trefoil knot that reaches out to `radius`, as arcs within `tolerance` (a thousandth of the radius)."""
-    scale = _positive("knot", "radius", radius) / 3.0
+    radius = _positive("knot", "radius", radius)
+    scale = radius / 3.0
 
     def shape(t):
         return scale * _columns(np.sin(t) + 2 * np.sin(2 * t), np.cos(t) - 2 * np.cos(2 * t), -np.sin(3 * t))
@@ -111,22 +121,16 @@ def knot(radius=1.0, *, center=ORIGIN, normal=UP, tolerance=None) -> tuple[Primi
 
 def pancake(radius=1.0, *, center=ORIGIN, normal=UP, tolerance=None) -> tuple[Triangle, ...]:
     """A disc of triangles, its rim within `tolerance` of the circle (a thousandth of the radius)."""
-    return shapes.disc(center, normal, radius, tolerance)
+    return shapes.fan("pancake", center, normal, radius, tolerance)
 
 
 def brick(size=(1.0, 1.0, 1.0), *, center=ORIGIN) -> tuple[Triangle, ...]:
     """The surface of a box with sides along x, y and z."""
-    return shapes.box(center, size)
+    return shapes.sides("brick", center, size)
 
 
 def _positive(owner, name, value):
     return validate.number(owner, name, value, above=0.0)
-
-
-def _count(owner, name, value, least):
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
-        raise InputError(f"{owner}: {name} is {value!r}; give a whole number of at least {least}")
-    return int(value)
 
 
 def _columns(x, y, z=0.0):

@@ -35,6 +35,7 @@ class Primitive:
 
     def at(self, time: float) -> "Primitive":
         """The concrete primitive at `time`; itself where nothing is animated."""
+        time = validate.number(type(self).__name__, "time", time)
         if not self.animated:
             return self
         values = {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}

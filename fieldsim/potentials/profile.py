@@ -40,15 +40,13 @@ class Profile:
     shape: str = "along"
 
     def __post_init__(self):
-        if self.shape not in SHAPES:
-            raise InputError(f"Profile: shape is {self.shape!r}; give one of {', '.join(SHAPES)}")
-        try:
-            coefficients = tuple(self.coefficients)
-        except TypeError:
-            raise InputError(f"Profile: coefficients are {self.coefficients!r}; give a sequence of numbers") from None
-        if not 1 <= len(coefficients) <= DEGREE + 1:
-            raise InputError(f"Profile: {len(coefficients)} coefficients; give 1 to {DEGREE + 1}")
-        checked = tuple(validate.number("Profile", f"coefficients[{k}]", c) for k, c in enumerate(coefficients))
+        validate.choice("Profile", "shape", self.shape, SHAPES)
+        remedy = f"give a list of 1 to {DEGREE + 1} numbers"
+        given = validate.listed("Profile", "coefficients", self.coefficients, remedy)
+        if not 1 <= len(given) <= DEGREE + 1:
+            raise InputError(f"Profile: coefficients has {len(given)} numbers; {remedy}")
+        validate.numbers("Profile", "coefficients", self.coefficients, shape=(None,), remedy=remedy)
+        checked = tuple(validate.number("Profile", f"coefficients[{k}]", c) for k, c in enumerate(given))
         object.__setattr__(self, "coefficients", checked)
 
     def pack(self, row) -> None:
@@ -60,7 +58,7 @@ class Profile:
 
 def constant(factor=1.0) -> Profile:
     """The same factor everywhere."""
-    return Profile((factor,))
+    return Profile((validate.number("constant", "factor", factor),))
 
 
 def linear(start=0.0, end=1.0) -> Profile:
@@ -83,7 +81,7 @@ def sine(ends=0.0, middle=1.0) -> Profile:
 
 def polynomial(*coefficients) -> Profile:
     """The factor c0 + c1 u + c2 u^2 + ..., up to u^12."""
-    return Profile(coefficients)
+    return Profile(tuple(validate.number("polynomial", f"coefficients[{k}]", c) for k, c in enumerate(coefficients)))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -122,17 +120,16 @@ def profiled(primitive, profile: Profile) -> ProfiledSegment | ProfiledArc:
     """A Segment or an Arc with a profile along it."""
     for plain, kind in ((Segment, ProfiledSegment), (Arc, ProfiledArc)):
         if type(primitive) is plain:
+            validate.instance("profiled", "profile", profile, Profile, "give one such as fs.profile.linear(1, 0)")
             values = {field.name: getattr(primitive, field.name) for field in dataclasses.fields(primitive)}
             return kind(**values, profile=profile)
-    raise InputError(f"profiled: {primitive!r} has no profiles; give a Segment or an Arc (an Arc of 2 pi for a Circle)")
+    remedy = "give a fs.Segment or a fs.Arc (an Arc of 2 pi for a Circle)"
+    raise InputError(f"profiled: primitive is {validate.shown(primitive)}, which has no profiles; {remedy}")
 
 
 def _profile(primitive):
-    if not isinstance(primitive.profile, Profile):
-        raise InputError(
-            f"{type(primitive).__name__}: profile is {primitive.profile!r}; give one such as profile.linear(1, 0)"
-        )
-    return primitive.profile
+    remedy = "give one such as fs.profile.linear(1, 0)"
+    return validate.instance(type(primitive).__name__, "profile", primitive.profile, Profile, remedy)
 
 
 @portable

@@ -46,10 +46,11 @@ class Segment(Primitive):
     points = ("start", "end")
 
     def _checked(self):
-        start = validate.vector("Segment", "start", self.start)
-        end = validate.vector("Segment", "end", self.end)
+        owner = type(self).__name__
+        start = validate.vector(owner, "start", self.start)
+        end = validate.vector(owner, "end", self.end)
         if math.dist(start, end) == 0.0:
-            raise InputError(f"Segment: start and end are both {_plain(start)}; give two different points or use Point")
+            raise InputError(f"{owner}: start and end are both {_plain(start)}; give two different points or use Point")
         return {"start": start, "end": end}
 
     @property

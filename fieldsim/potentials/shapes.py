@@ -26,6 +26,7 @@ def polyline(points, closed: bool = False) -> tuple[Segment, ...]:
     Raises InputError for fewer than two points and for neighbours at the same place.
     """
     points = _several("polyline", points, 2)
+    validate.flag("polyline", "closed", closed)
     _refuse_repeated("polyline", points, closed)
     return tuple(Segment(p, q) for p, q in _pairs(points, closed))
 
@@ -66,10 +67,15 @@ def disc(center, normal, radius, tolerance=None) -> tuple[Triangle, ...]:
     The regular polygon has the disc's own area, its corners outside and its sides' middles inside. The tolerance is a
     thousandth of the radius unless told.
     """
-    center = np.array(validate.vector("disc", "center", center))
-    normal = np.array(validate.direction("disc", "normal", normal))
-    radius = validate.number("disc", "radius", radius, above=0.0)
-    tolerance = 1e-3 * radius if tolerance is None else _tolerance("disc", tolerance)
+    return fan("disc", center, normal, radius, tolerance)
+
+
+def fan(owner: str, center, normal, radius, tolerance) -> tuple[Triangle, ...]:
+    """`disc` in the name of `owner`."""
+    center = np.array(validate.vector(owner, "center", center))
+    normal = np.array(validate.direction(owner, "normal", normal))
+    radius = validate.number(owner, "radius", radius, above=0.0)
+    tolerance = 1e-3 * radius if tolerance is None else _tolerance(owner, tolerance)
     count = 3
     # The corners stick out the most, by a third of the angle squared for many of them.
     while _circumradius(count) - 1.0 > tolerance / radius:
@@ -85,10 +91,15 @@ def box(center, size) -> tuple[Triangle, ...]:
 
     `solid(mesh(box(...)), density)` is the field of the box filled.
     """
-    center = np.array(validate.vector("box", "center", center))
-    size = np.array(validate.vector("box", "size", size))
+    return sides("box", center, size)
+
+
+def sides(owner: str, center, size) -> tuple[Triangle, ...]:
+    """`box` in the name of `owner`."""
+    center = np.array(validate.vector(owner, "center", center))
+    size = np.array(validate.vector(owner, "size", size))
     for index, side in enumerate(size):
-        validate.number("box", f"size[{index}]", side, above=0.0)
+        validate.number(owner, f"size[{index}]", side, above=0.0)
     triangles = []
     for axis, sign in itertools.product(range(3), (-1.0, 1.0)):
         out, u, v = (np.roll(np.eye(3)[axis], k) * size for k in range(3))
@@ -120,7 +131,7 @@ def catmull_rom(points, closed: bool = False, *, tolerance) -> tuple[Primitive, 
     continue as if mirrored. Raises InputError for fewer than two points (three if closed) and for neighbours at the
     same place.
     """
-    points = _several("catmull_rom", points, 3 if closed else 2)
+    points = _several("catmull_rom", points, 3 if validate.flag("catmull_rom", "closed", closed) else 2)
     _refuse_repeated("catmull_rom", points, closed)
     tolerance = _tolerance("catmull_rom", tolerance)
     if closed:

@@ -320,7 +320,7 @@ def solid(mesh: TriangleMesh, density, *, G=1.0) -> Field:
     """
     density = validate.number("solid", "density", density)
     G = validate.number("solid", "G", G)
-    return Field(solid_faces(mesh), Newtonian(), G * density)
+    return Field(_faces("solid", mesh), Newtonian(), G * density)
 
 
 def solid_faces(mesh: TriangleMesh) -> tuple[Face, ...]:
@@ -328,14 +328,17 @@ def solid_faces(mesh: TriangleMesh) -> tuple[Face, ...]:
 
     Raises InputError for a mesh that is open or inside out.
     """
-    if not isinstance(mesh, TriangleMesh):
-        raise InputError(f"solid: mesh is {mesh!r}; give fs.mesh(path) or fs.mesh(vertices, faces)")
-    _refuse_open(mesh)
+    return _faces("solid_faces", mesh)
+
+
+def _faces(owner, mesh):
+    validate.instance(owner, "mesh", mesh, TriangleMesh, "give fs.mesh(path) or fs.mesh(vertices, faces)")
+    _refuse_open(owner, mesh)
     volume = mesh.volume
     if not volume > 0.0:
         raise InputError(
-            f"solid: the mesh encloses a volume of {volume:g}, it is inside out: give its faces right-handed about the "
-            "outside, as mesh.flipped() does"
+            f"{owner}: the mesh encloses a volume of {volume:g}, it is inside out: give its faces right-handed about "
+            "the outside, as mesh.flipped() does"
         )
     center = mesh.vertices[np.unique(mesh.faces)]
     center = 0.5 * (center.min(axis=0) + center.max(axis=0))
@@ -343,7 +346,7 @@ def solid_faces(mesh: TriangleMesh) -> tuple[Face, ...]:
     return tuple(Face(a, b, c, center, reach) for a, b, c in mesh.corners)
 
 
-def _refuse_open(mesh):
+def _refuse_open(owner, mesh):
     """Raise InputError unless every edge has two faces that run along it in opposite directions."""
     # Vertices at the same place are the same.
     _, same = np.unique(mesh.vertices, axis=0, return_inverse=True)
@@ -365,4 +368,4 @@ def _refuse_open(mesh):
         reason = f"{where} is run along in the same direction by another face; turn one of them over"
     else:
         reason = f"{where} belongs to no other face; close the surface there"
-    raise InputError(f"solid: the mesh is not a closed surface: {reason} ({bad.size} of {len(edges)} edges are such)")
+    raise InputError(f"{owner}: the mesh is not a closed surface: {reason} ({bad.size} of {len(edges)} edges are such)")

@@ -73,6 +73,7 @@ class Camera:
 
     def at(self, time: float) -> "Camera":
         """The camera at `time`, checked; itself where nothing is animated."""
+        time = validate.number("Camera", "time", time)
         if not self.animated:
             return self
         values = {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}
@@ -80,6 +81,8 @@ class Camera:
 
     def axes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Unit vectors (right, up, forward) of a camera that is not animated."""
+        if self.animated:
+            raise InputError("Camera.axes: the camera is a function of time; ask camera.at(time)")
         # The eye's own size could swallow the difference, so the difference is scaled before it is normalised.
         forward = np.asarray(self.look_at) - np.asarray(self.eye)
         forward = forward / np.max(np.abs(forward))
@@ -93,22 +96,16 @@ class Camera:
         return right, np.cross(right, forward), forward
 
     def _check(self):
-        for name in ("eye", "look_at"):
-            object.__setattr__(self, name, validate.vector("Camera", name, getattr(self, name)))
-        object.__setattr__(self, "up", validate.direction("Camera", "up", self.up))
+        validate.fields(self, validate.vector, "eye", "look_at")
+        validate.fields(self, validate.direction, "up")
         if self.eye == self.look_at:
             raise InputError(f"Camera: eye and look_at are both {self.eye}; move one of them")
-        fov = validate.number("Camera", "fov", self.fov, above=0.0)
-        if not fov < 180.0:
-            raise InputError(f"Camera: fov is {fov:g}; give a vertical angle of view below 180 degrees")
-        object.__setattr__(self, "fov", fov)
-        for name in ("aperture", "shutter"):
-            object.__setattr__(self, name, validate.number("Camera", name, getattr(self, name), at_least=0.0))
+        validate.fields(self, validate.number, "fov", above=0.0, below=180.0)
+        validate.fields(self, validate.number, "aperture", "shutter", at_least=0.0)
         if self.focus is not None:
-            object.__setattr__(self, "focus", validate.number("Camera", "focus", self.focus, above=0.0))
-        object.__setattr__(self, "exposure", validate.number("Camera", "exposure", self.exposure))
-        if self.tone not in TONES:
-            raise InputError(f"Camera: tone is {self.tone!r}; give one of {', '.join(TONES)}")
+            validate.fields(self, validate.number, "focus", above=0.0)
+        validate.fields(self, validate.number, "exposure")
+        validate.choice("Camera", "tone", self.tone, TONES)
 
 
 def _orbiting(values, rate, phase, time):

@@ -27,11 +27,13 @@ QUALITIES = {"draft": 4, "final": 16}
 EXPOSURES = {"draft": 8, "final": 32}
 # Powers of the root of x^5 = x + 1: points that fill a four-dimensional box evenly, however many (Roberts 2018).
 _SPREAD = 1.1673039782614187 ** -np.arange(1.0, 5.0)
+SNAPSHOT = "give world.at(time) or simulation.snapshot()"
 
 
 def render(snapshot, camera: Camera, *, size=(640, 360), quality="final", device=None) -> np.ndarray:
     """The picture of a snapshot: (height, width, 3) uint8, sRGB. See `Renderer`, which serves many frames better."""
-    return Renderer(size, quality, device).frame(snapshot, camera)
+    size, quality = validate.size("render", size), validate.choice("render", "quality", quality, QUALITIES)
+    return Renderer(size, quality, device)._frame("render", snapshot, camera)
 
 
 class Renderer:
@@ -62,20 +64,17 @@ class Renderer:
         mode="soft",
         solver="hermite",
     ):
-        self.size = _checked_size(size)
-        if quality not in QUALITIES:
-            raise InputError(f"Renderer: quality is {quality!r}; give 'draft' or 'final'")
-        self.samples = QUALITIES[quality] if samples is None else samples
-        self.exposures = EXPOSURES[quality] if exposures is None else exposures
-        if not (isinstance(self.exposures, int) and self.exposures > 0):
-            raise InputError(f"Renderer: exposures is {exposures!r}; give a whole number above 0")
+        self.size = validate.size("Renderer", size)
+        validate.choice("Renderer", "quality", quality, QUALITIES)
+        samples = QUALITIES[quality] if samples is None else samples
+        self.samples = validate.whole("Renderer", "samples", samples, at_least=1, at_most=16)
         if self.samples not in (1, 4, 16):
             raise InputError(f"Renderer: samples is {samples!r}; give 1, 4 or 16")
-        if mode not in MODES:
-            raise InputError(f"Renderer: mode is {mode!r}; give 'soft', 'hard' or 'skeleton'")
-        self.mode = mode
+        exposures = EXPOSURES[quality] if exposures is None else exposures
+        self.exposures = validate.whole("Renderer", "exposures", exposures, at_least=1)
+        self.mode = validate.choice("Renderer", "mode", mode, MODES)
         self.device = device_named(device)
-        self.shadows = shadows
+        self.shadows = validate.flag("Renderer", "shadows", shadows)
         self._tracer = Tracer(self.device, solver)
         self.solver = self._tracer.solver
         self.tolerance = validate.number("Renderer", "tolerance", tolerance, above=0.0)
@@ -95,9 +94,14 @@ class Renderer:
 
         Several snapshots, of times at which the shutter is open, blur what moves; `Camera.shutter` is for films.
         """
-        snapshots = (snapshot,) if isinstance(snapshot, Snapshot) else tuple(snapshot)
+        return self._frame("Renderer.frame", snapshot, camera)
+
+    def _frame(self, owner, snapshot, camera):
+        one = isinstance(snapshot, Snapshot)
+        snapshots = (snapshot,) if one else validate.instances(owner, "snapshot", snapshot, Snapshot, SNAPSHOT)
         if not snapshots:
-            raise InputError("Renderer.frame: no snapshots; give one, or those of times at which the shutter is open")
+            raise InputError(f"{owner}: no snapshots; give one, or those of times at which the shutter is open")
+        validate.instance(owner, "camera", camera, Camera, "give a fs.Camera")
         if self.size[0] * self.size[1] > _MOST_PIXELS:
             return self._in_bands(snapshots, camera)
         return self._picture(snapshots, camera)
@@ -120,8 +124,9 @@ class Renderer:
         launch(_print, height, [slot, color, self._tones], [picture], device=self.device, grain=16)
         return picture.numpy()
 
-    def depth_and_normals(self, snapshot, camera: Camera):
+    def depth_and_normals(self, snapshot: Snapshot, camera: Camera) -> tuple[np.ndarray, np.ndarray]:
         """Distances along the rays through pixel centres (inf for a miss), (H, W), and unit normals, (H, W, 3)."""
+        _check_one("Renderer.depth_and_normals", snapshot, camera)
         self._layout()
         stage = Stage(snapshot, camera.at(snapshot.time), self)
         hits = self._tracer.trace(stage, self._grid, "pixels", exact=True)
@@ -132,6 +137,7 @@ class Renderer:
 
     def layers(self, snapshot, camera: Camera) -> dict[str, np.ndarray]:
         """What the rays through pixel centres find: arrays by the names of `layers.LAYERS`, and `owner`."""
+        _check_one("Renderer.layers", snapshot, camera)
         self._layout()
         stage = Stage(snapshot, camera.at(snapshot.time), self)
         hits = self._tracer.trace(stage, self._grid, "layers", exact=True, layered=True)
@@ -220,15 +226,9 @@ class Renderer:
             )
 
 
-def _checked_size(size):
-    try:
-        width, height = size
-        fits = int(width) == width and int(height) == height and width > 0 and height > 0
-    except (TypeError, ValueError):
-        fits = False
-    if not fits:
-        raise InputError(f"Renderer: size is {size!r}; give (width, height), two whole numbers above 0")
-    return int(width), int(height)
+def _check_one(owner, snapshot, camera):
+    validate.instance(owner, "snapshot", snapshot, Snapshot, SNAPSHOT)
+    validate.instance(owner, "camera", camera, Camera, "give a fs.Camera")
 
 
 @wp.kernel(enable_backward=False)

@@ -16,6 +16,7 @@ import difflib
 import numpy as np
 import warp as wp
 
+from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.potentials import cells
 from fieldsim.render import hermite, lagrange, laguerre, numeric, safe_steps
@@ -102,8 +103,8 @@ SOLVERS = {
 
 def solver_named(name: str) -> Solver:
     """The solver of that name; raises InputError for an unknown one."""
-    if name in SOLVERS:
+    if isinstance(name, str) and name in SOLVERS:
         return SOLVERS[name]
-    near = difflib.get_close_matches(str(name), SOLVERS, n=1)
+    near = difflib.get_close_matches(name, SOLVERS, n=1) if isinstance(name, str) else ()
     hint = f"did you mean {near[0]!r}?" if near else "give one of " + ", ".join(SOLVERS)
-    raise InputError(f"Renderer: unknown solver {name!r}; {hint}")
+    raise InputError(f"Renderer: solver is {validate.shown(name)}; {hint}")

@@ -9,7 +9,7 @@ from fieldsim import validate
 from fieldsim.arrays import kept
 from fieldsim.errors import InputError
 from fieldsim.potentials import cells
-from fieldsim.potentials.field import Field, gravity, skeleton
+from fieldsim.potentials.field import Field, skeleton, spread
 from fieldsim.potentials.kernels import Kernel
 from fieldsim.potentials.primitive import Primitive
 from fieldsim.world.color import color_rgb
@@ -17,6 +17,8 @@ from fieldsim.world.contact import LAWS, Absorb, Bounce, Repulsion
 from fieldsim.world.material import Material
 from fieldsim.world.motion import IDENTITY, Pose, pose_at
 from fieldsim.world.rigid import Rigid
+
+KERNEL = "give a kernel such as fs.Newtonian(), or None"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -40,11 +42,11 @@ class Body:
     name: str = ""
 
     def __post_init__(self):
-        object.__setattr__(self, "skeleton", skeleton(self.skeleton))
-        if self.gravity is not None and not isinstance(self.gravity, Kernel):
-            raise InputError(f"Body: gravity is {self.gravity!r}; give a kernel such as fs.Newtonian(), or None")
-        if self.surface is not None and not isinstance(self.surface, Material):
-            raise InputError(f"Body: surface is {self.surface!r}; give a fs.Material, or None")
+        object.__setattr__(self, "skeleton", skeleton("Body", self.skeleton))
+        validate.text("Body", "name", self.name)
+        validate.instance("Body", "gravity", self.gravity, Kernel | None, KERNEL)
+        validate.instance("Body", "surface", self.surface, Material | None, "give a fs.Material, or None")
+        validate.fields(self, validate.number, *(("G",) if callable(self.mass) else ("mass", "G")))
         if self.gravity is None and self.surface is not None and self.surface.level is not None:
             raise InputError("Body: its surface is an equipotential of its gravity, but it has none; give gravity=")
         if not callable(self.motion):
@@ -83,7 +85,7 @@ class Body:
         """The gravitational field in the body's frame (maybe animated), or None."""
         if self.gravity is None:
             return None
-        return gravity(self.skeleton, self.mass, G=self.G, kernel=self.gravity)
+        return spread("Body", self.skeleton, self.mass, self.G, self.gravity)
 
     def gravity_elements(self, time: float) -> cells.Elements:
         """Packed gravity elements at `time`, in the body's frame."""
@@ -164,16 +166,12 @@ class Particles:
             )
         object.__setattr__(self, "positions", kept(positions))
         object.__setattr__(self, "velocities", kept(velocities))
-        object.__setattr__(self, "radius", validate.number("Particles", "radius", self.radius, above=0.0))
-        if self.contact is not None and not isinstance(self.contact, LAWS):
-            raise InputError(
-                f"Particles: contact is {self.contact!r}; give fs.Bounce(restitution, friction), fs.Absorb(), "
-                "fs.Repulsion(stiffness) or None"
-            )
-        if self.gravity is not None and not isinstance(self.gravity, Kernel):
-            raise InputError(f"Particles: gravity is {self.gravity!r}; give a kernel such as fs.Newtonian(), or None")
-        for name in ("mass", "G"):
-            object.__setattr__(self, name, validate.number("Particles", name, getattr(self, name)))
+        validate.fields(self, validate.number, "radius", above=0.0)
+        laws = "give fs.Bounce(restitution, friction), fs.Absorb(), fs.Repulsion(stiffness) or None"
+        validate.instance("Particles", "contact", self.contact, (*LAWS, type(None)), laws)
+        validate.instance("Particles", "gravity", self.gravity, Kernel | None, KERNEL)
+        validate.text("Particles", "name", self.name)
+        validate.fields(self, validate.number, "mass", "G")
         color_rgb("Particles", self.color)
 
     def __len__(self) -> int:

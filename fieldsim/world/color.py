@@ -23,17 +23,18 @@ _NAMES = {
 }
 
 
-def color_rgb(owner: str, color, others=()) -> tuple[float, float, float]:
+def color_rgb(owner: str, color, *, field: str = "color", others=()) -> tuple[float, float, float]:
     """Linear RGB in 0..1 of a colour: a name ("terracotta", any CSS name), "#rrggbb", or three sRGB numbers in 0..1.
 
-    others: names that are no colours but would do as well, for the hint at a name that is unknown.
+    field: what it is given as; others: names that are no colours but would do as well, for the hint at an unknown name.
     """
+    remedy = ", ".join(["give a CSS name, '#rrggbb' or (r, g, b) in 0..1", *map(repr, others)])
     if isinstance(color, str):
-        srgb = np.array(_named(owner, color, others)) / 255.0
+        srgb = np.array(_named(owner, field, color, others, remedy)) / 255.0
     else:
-        srgb = np.asarray(validate.vector(owner, "color", color))
+        srgb = validate.numbers(owner, field, color, shape=(3,), remedy=remedy)
         if (srgb < 0).any() or (srgb > 1).any():
-            raise InputError(f"{owner}: color is {tuple(srgb.tolist())}; give red, green, blue in 0..1")
+            raise InputError(f"{owner}: {field} is {tuple(srgb.tolist())}; give red, green, blue in 0..1")
     return tuple(linear_of(srgb).tolist())
 
 
@@ -42,12 +43,14 @@ def linear_of(srgb: np.ndarray) -> np.ndarray:
     return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
 
 
-def _named(owner, name, others):
+def _named(owner, field, name, others, remedy):
     try:
-        return ImageColor.getrgb(_NAMES.get(name.lower(), name))[:3]
-    except ValueError:
+        *srgb, alpha = (*ImageColor.getrgb(_NAMES.get(name.lower(), name)), 255)[:4]
+    except (ValueError, TypeError):
         known = [*others, *_NAMES, *ImageColor.colormap]
         near = difflib.get_close_matches(name.lower(), known, n=1)
-        textures = "".join(f", {other!r}" for other in others)
-        hint = f"; did you mean {near[0]!r}?" if near else f"; give a CSS name, '#rrggbb' or (r, g, b){textures}"
-        raise InputError(f"{owner}: unknown color {name!r}{hint}") from None
+        hint = f"did you mean {near[0]!r}?" if near else remedy
+        raise InputError(f"{owner}: {field} is {name!r}, an unknown color; {hint}") from None
+    if alpha != 255:
+        raise InputError(f"{owner}: {field} is {name!r}, whose alpha means nothing here; leave it out: '#rrggbb'")
+    return srgb

@@ -32,9 +32,8 @@ class Bounce:
     rolling: bool = False
 
     def __post_init__(self):
-        for name in ("restitution", "friction"):
-            value = validate.number("Bounce", name, getattr(self, name), at_least=0.0)
-            object.__setattr__(self, name, value)
+        validate.fields(self, validate.number, "restitution", "friction", at_least=0.0)
+        validate.fields(self, validate.flag, "rolling")
         if self.restitution > 1.0:
             raise InputError(f"Bounce: restitution is {self.restitution:g}; give a number in 0..1 (1 keeps the energy)")
         if self.rolling and self.friction == 0.0:
@@ -60,8 +59,7 @@ class Repulsion:
     reach: float = 1.0
 
     def __post_init__(self):
-        for name in ("stiffness", "reach"):
-            object.__setattr__(self, name, validate.number("Repulsion", name, getattr(self, name), above=0.0))
+        validate.fields(self, validate.number, "stiffness", "reach", above=0.0)
 
 
 LAWS = (Bounce, Absorb, Repulsion)

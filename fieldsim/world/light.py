@@ -6,7 +6,6 @@ import functools
 import numpy as np
 
 from fieldsim import validate
-from fieldsim.errors import InputError
 from fieldsim.world.color import color_rgb
 from fieldsim.world.pixels import Pixels
 
@@ -29,10 +28,9 @@ class Light:
 
     def __post_init__(self):
         color_rgb(type(self).__name__, self.color)
-        value = validate.number(type(self).__name__, "intensity", self.intensity, at_least=0.0)
-        object.__setattr__(self, "intensity", value)
-        samples = validate.whole(type(self).__name__, "samples", self.samples, at_least=1, at_most=MOST_SAMPLES)
-        object.__setattr__(self, "samples", samples)
+        validate.fields(self, validate.number, "intensity", at_least=0.0)
+        validate.fields(self, validate.flag, "shadows")
+        validate.fields(self, validate.whole, "samples", at_least=1, at_most=MOST_SAMPLES)
 
     @property
     def rgb(self) -> tuple[float, float, float]:
@@ -49,8 +47,8 @@ class PointLight(Light):
 
     def __post_init__(self):
         super().__post_init__()
-        object.__setattr__(self, "radius", validate.number("PointLight", "radius", self.radius, at_least=0.0))
-        object.__setattr__(self, "position", validate.vector("PointLight", "position", self.position))
+        validate.fields(self, validate.number, "radius", at_least=0.0)
+        validate.fields(self, validate.vector, "position")
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -65,11 +63,8 @@ class DirectionalLight(Light):
 
     def __post_init__(self):
         super().__post_init__()
-        angle = validate.number("DirectionalLight", "angle", self.angle, at_least=0.0)
-        if not angle < 180.0:
-            raise InputError(f"DirectionalLight: angle is {angle:g}; give less than 180 degrees")
-        object.__setattr__(self, "angle", angle)
-        object.__setattr__(self, "direction", validate.direction("DirectionalLight", "direction", self.direction))
+        validate.fields(self, validate.number, "angle", at_least=0.0, below=180.0)
+        validate.fields(self, validate.direction, "direction")
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -89,11 +84,10 @@ class Background:
     intensity: float = 1.0
 
     def __post_init__(self):
-        color_rgb("Background", self.top)
-        color_rgb("Background", self.bottom)
-        object.__setattr__(self, "turn", validate.number("Background", "turn", self.turn))
-        for name in ("stars", "intensity"):
-            object.__setattr__(self, name, validate.number("Background", name, getattr(self, name), at_least=0.0))
+        color_rgb("Background", self.top, field="top")
+        color_rgb("Background", self.bottom, field="bottom")
+        validate.fields(self, validate.number, "turn")
+        validate.fields(self, validate.number, "stars", "intensity", at_least=0.0)
         self.pixels  # noqa: B018 - checks the image
 
     @functools.cached_property
@@ -134,7 +128,7 @@ class Fog:
     color: object = None
 
     def __post_init__(self):
-        object.__setattr__(self, "density", validate.number("Fog", "density", self.density, at_least=0.0))
+        validate.fields(self, validate.number, "density", at_least=0.0)
         if self.color is not None:
             color_rgb("Fog", self.color)
 

@@ -18,12 +18,13 @@ RAYS = ("camera", "shadow", "reflected", "transmitted")
 
 def rays_named(owner: str, names) -> tuple[str, ...]:
     """Kinds of rays, one or several, each once and in the order of RAYS."""
-    names = (names,) if isinstance(names, str) else tuple(names)
+    remedy = "give some of " + ", ".join(RAYS)
+    names = (names,) if isinstance(names, str) else validate.listed(owner, "visible_to", names, remedy)
     for name in names:
-        if name not in RAYS:
+        if not isinstance(name, str) or name not in RAYS:
             near = difflib.get_close_matches(str(name), RAYS, n=1)
-            hint = f"did you mean {near[0]!r}?" if near else "give some of " + ", ".join(RAYS)
-            raise InputError(f"{owner}: visible_to has {name!r}; {hint}")
+            hint = f"did you mean {near[0]!r}?" if near else remedy
+            raise InputError(f"{owner}: visible_to has {validate.shown(name)}; {hint}")
     return tuple(ray for ray in RAYS if ray in names)
 
 
@@ -68,7 +69,7 @@ class Material:
         known = isinstance(self.kernel, type) and issubclass(self.kernel, Kernel) and self.kernel is not Kernel
         if not known and not isinstance(self.kernel, Kernel):
             raise InputError(
-                f"Material: kernel is {self.kernel!r}; give a kernel such as fs.Gaussian or fs.Quartic(2.0)"
+                f"Material: kernel is {validate.shown(self.kernel)}; give one such as fs.Gaussian or fs.Quartic(2.0)"
             )
         object.__setattr__(self, "visible_to", rays_named("Material", self.visible_to))
         if not self.animated:
@@ -81,6 +82,7 @@ class Material:
 
     def at(self, time: float) -> "Material":
         """The material at `time`."""
+        time = validate.number("Material", "time", time)
         if not self.animated:
             return self
         # A kernel may be a class, which is no function of time.
@@ -88,22 +90,12 @@ class Material:
         return validate.at_time("Material", functools.partial(dataclasses.replace, self), values, time)
 
     def _check(self):
-        for name in ("radius", "threshold", "shininess"):
-            object.__setattr__(self, name, validate.number("Material", name, getattr(self, name), above=0.0))
-        for name in ("ambient", "diffuse", "specular"):
-            object.__setattr__(self, name, validate.number("Material", name, getattr(self, name), at_least=0.0))
-        for name in ("reflection", "transmission"):
-            value = validate.number("Material", name, getattr(self, name), at_least=0.0)
-            if value > 1.0:
-                raise InputError(f"Material: {name} is {value:g}; give a share of the light, 0 to 1")
-            object.__setattr__(self, name, value)
-        object.__setattr__(self, "ior", validate.number("Material", "ior", self.ior, above=0.0))
-        blobbiness = validate.number("Material", "blobbiness", self.blobbiness)
-        if not blobbiness < 0:
-            raise InputError(f"Material: blobbiness is {blobbiness:g}; give a negative number, such as -4")
-        object.__setattr__(self, "blobbiness", blobbiness)
+        validate.fields(self, validate.number, "radius", "threshold", "shininess", "ior", above=0.0)
+        validate.fields(self, validate.number, "ambient", "diffuse", "specular", at_least=0.0)
+        validate.fields(self, validate.number, "reflection", "transmission", at_least=0.0, at_most=1.0)
+        validate.fields(self, validate.number, "blobbiness", below=0.0)
         if self.level is not None:
-            object.__setattr__(self, "level", validate.number("Material", "level", self.level, above=0.0))
+            validate.fields(self, validate.number, "level", above=0.0)
         if isinstance(self.color, str) and self.color.lower() in NAMED:
             object.__setattr__(self, "color", NAMED[self.color.lower()]())
         if not isinstance(self.color, Texture):
@@ -141,10 +133,12 @@ class Material:
 
         Raises InputError for a line or plane whose field is infinite.
         """
+        dimension = validate.whole("Material.surface_strength", "dimension", dimension, at_least=0, at_most=2)
         strength, fold = tissue.strength(self.surface_kernel, self.radius, dimension)
         return strength / self.threshold, fold
 
     def strength_on(self, primitive: Primitive) -> tuple[float, float]:
         """(strength, fold) of a primitive, also of one that is measured by itself; see `tissue`."""
+        validate.instance("Material.strength_on", "primitive", primitive, Primitive, "give one such as fs.Segment(...)")
         strength, fold = tissue.strength_on(self.surface_kernel, self.radius, primitive)
         return strength / self.threshold, fold

@@ -20,16 +20,22 @@ class Pose:
     rotation: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
 
     def __post_init__(self):
-        object.__setattr__(self, "position", validate.vector("Pose", "position", self.position))
-        rotation = np.asarray(self.rotation, dtype=float)
-        if rotation.shape != (4,) or not np.isfinite(rotation).all() or not np.any(rotation):
-            raise InputError(f"Pose: rotation is {self.rotation!r}; give a unit quaternion (w, x, y, z)")
+        owner, remedy = type(self).__name__, "give a unit quaternion (w, x, y, z)"
+        validate.fields(self, validate.vector, "position")
+        rotation = validate.numbers(owner, "rotation", self.rotation, shape=(4,), remedy=remedy)
+        size = np.abs(rotation).max()
+        if size == 0.0:
+            raise InputError(f"{owner}: rotation is (0, 0, 0, 0); {remedy}")
+        # Of a length of 1 by rounding the last bits stay.
+        rotation = rotation if 1e-150 < size < 1e150 else rotation / size
         object.__setattr__(self, "rotation", tuple((rotation / np.linalg.norm(rotation)).tolist()))
 
     @classmethod
     def turned(cls, axis, angle: float, position=(0.0, 0.0, 0.0)) -> "Pose":
         """The pose after a right-handed turn by `angle` (radians) about `axis` through the body's origin."""
-        x, y, z = validate.direction("Pose", "axis", axis)
+        x, y, z = validate.direction("Pose.turned", "axis", axis)
+        angle = validate.number("Pose.turned", "angle", angle)
+        position = validate.vector("Pose.turned", "position", position)
         s = math.sin(angle / 2)
         return cls(position, (math.cos(angle / 2), s * x, s * y, s * z))
 
@@ -40,10 +46,14 @@ class Pose:
 
     def apply(self, points) -> np.ndarray:
         """Points (..., 3) of the body's frame, in the world's."""
-        return np.asarray(points, dtype=float) @ self.matrix.T + np.asarray(self.position)
+        points = validate.numbers("Pose.apply", "points", points)
+        if points.ndim == 0 or points.shape[-1] != 3:
+            raise InputError(f"Pose.apply: points have shape {points.shape}; give an array of shape (..., 3)")
+        return points @ self.matrix.T + np.asarray(self.position)
 
     def __matmul__(self, inner: "Pose") -> "Pose":
         """The pose of what has the pose `inner` in the frame of a body that has this one."""
+        validate.instance("Pose", "what stands after @", inner, Pose, "give a fs.Pose")
         return Pose(tuple(self.apply(inner.position)), tuple(quaternion.product(self.rotation, inner.rotation)))
 
     @property
@@ -72,13 +82,13 @@ class Spin:
     center: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def __post_init__(self):
-        object.__setattr__(self, "axis", validate.direction("Spin", "axis", self.axis))
-        object.__setattr__(self, "center", validate.vector("Spin", "center", self.center))
-        for name in ("rate", "phase"):
-            object.__setattr__(self, name, validate.number("Spin", name, getattr(self, name)))
+        validate.fields(self, validate.direction, "axis")
+        validate.fields(self, validate.vector, "center")
+        validate.fields(self, validate.number, "rate", "phase")
 
     def __call__(self, time: float) -> Pose:
         """The pose at `time`."""
+        time = validate.number("Spin", "time", time)
         turned = Pose.turned(self.axis, self.phase + self.rate * time)
         center = np.asarray(self.center)
         return Pose(tuple(center - turned.matrix @ center), turned.rotation)
@@ -108,30 +118,24 @@ class Keyframes:
     """
 
     def __init__(self, times, values, *, interpolation: str = "cubic", loop: bool = False):
-        self.times = [validate.number("Keyframes", f"times[{i}]", t) for i, t in enumerate(times)]
-        self.interpolation, self.loop = interpolation, loop
+        remedy = "give a list of times that increase"
+        self.times = validate.numbers("Keyframes", "times", times, shape=(None,), remedy=remedy).tolist()
+        self.interpolation = validate.choice("Keyframes", "interpolation", interpolation, ("cubic", "linear", "step"))
+        self.loop = validate.flag("Keyframes", "loop", loop)
         values, self.rotations = _split_poses(values)
-        try:
-            self.values = np.asarray(values, dtype=float)
-        except (TypeError, ValueError):
-            raise InputError(
-                "Keyframes: values differ in shape; give one number or vector of one length per time"
-            ) from None
+        remedy = "give one number, vector or pose per time, all of one shape"
+        self.values = validate.numbers("Keyframes", "values", values, remedy=remedy)
         if not self.times or self.values.ndim == 0 or len(self.times) != len(self.values):
             count = len(self.values) if self.values.ndim else 0
             raise InputError(f"Keyframes: {len(self.times)} times for {count} values; give one value per time")
         if any(b <= a for a, b in zip(self.times, self.times[1:], strict=False)):
             raise InputError(f"Keyframes: times {self.times} do not increase; sort them and drop repeats")
-        if not np.isfinite(self.values).all():
-            raise InputError("Keyframes: a value is not finite; give finite numbers")
-        if interpolation not in ("cubic", "linear", "step"):
-            raise InputError(f"Keyframes: interpolation is {interpolation!r}; give 'cubic', 'linear' or 'step'")
         if self.rotations is not None:
             self._turns = [_turn(p, q) for p, q in itertools.pairwise(self.rotations)]
 
     def __call__(self, time: float):
         """The value at `time`: a float, an array of the keys' shape, or a Pose."""
-        k, u, step = self._span(time)
+        k, u, step = self._span(validate.number("Keyframes", "time", time))
         result = self._value(k, u, step)
         if self.rotations is not None:
             return Pose(result, self._rotation(k, u, step))
@@ -196,12 +200,9 @@ class Keyframes:
 
 def _split_poses(values):
     """Positions and rotations of poses, or the values and None."""
-    values = list(values) if hasattr(values, "__iter__") else values
-    if not (isinstance(values, list) and values and isinstance(values[0], Pose)):
+    if not isinstance(values, list | tuple) or not any(isinstance(value, Pose) for value in values):
         return values, None
-    for index, value in enumerate(values):
-        if not isinstance(value, Pose):
-            raise InputError(f"Keyframes: values[{index}] is {value!r} among poses; give a fs.Pose for every time")
+    validate.instances("Keyframes", "values", values, Pose, "give a fs.Pose for every time")
     return [pose.position for pose in values], [np.array(pose.rotation) for pose in values]
 
 

@@ -22,6 +22,13 @@ class Bone:
     joint: Pose = IDENTITY
     motion: object = IDENTITY
 
+    def __post_init__(self):
+        validate.fields(self, validate.text, "name")
+        validate.optional(validate.text, "Bone", "parent", self.parent)
+        validate.instance("Bone", "joint", self.joint, Pose, "give a fs.Pose")
+        if not callable(self.motion):
+            object.__setattr__(self, "motion", pose_at(self.motion, 0.0, f"Bone {self.name!r}"))
+
 
 class Rig:
     """Bones, each after its parent, and the pieces of skeleton that they carry.
@@ -34,9 +41,7 @@ class Rig:
 
     def __init__(self, bones):
         self.bones: dict[str, Bone] = {}
-        for bone in bones:
-            if not isinstance(bone, Bone):
-                raise InputError(f"Rig: {bone!r} is no bone; give fs.Bone(name, parent, joint, motion)")
+        for bone in validate.instances("Rig", "bones", bones, Bone, "give fs.Bone(name, parent, joint, motion)"):
             if bone.name in self.bones:
                 raise InputError(f"Rig: two bones are called {bone.name!r}; give each a name of its own")
             if bone.parent is not None and bone.parent not in self.bones:
@@ -49,7 +54,8 @@ class Rig:
 
     def pose(self, name: str, time: float) -> Pose:
         """The pose of a bone's frame in the body's frame at `time`."""
-        if name not in self.bones:
+        time = validate.number("Rig.pose", "time", time)
+        if not isinstance(name, str) or name not in self.bones:
             raise InputError(f"Rig: no bone is called {name!r}; there are {', '.join(self.bones)}")
         if time != self._time:
             self._time, self._poses = time, {}
@@ -62,8 +68,8 @@ class Rig:
     def carry(self, name: str, primitive: Primitive) -> Primitive:
         """`primitive`, given in the frame of a bone, as an animated primitive in the body's frame."""
         self.pose(name, 0.0)
-        if not isinstance(primitive, Primitive):
-            raise InputError(f"Rig.carry: {primitive!r} is no primitive; give e.g. a fs.Segment in the bone's frame")
+        remedy = "give one such as fs.Segment, in the bone's frame"
+        validate.instance("Rig.carry", "primitive", primitive, Primitive, remedy)
         fields = {
             key: functools.partial(_moved, self, name, primitive, key)
             for key in (*primitive.points, *primitive.directions)

@@ -45,14 +45,13 @@ class Rigid(Pose):
         given = self.rotation
         super().__post_init__()
         _warn_of_length(given)
-        for name in ("velocity", "angular_velocity"):
-            object.__setattr__(self, name, validate.vector("Rigid", name, getattr(self, name)))
-        if self.center is not None:
-            object.__setattr__(self, "center", validate.vector("Rigid", "center", self.center))
-        for name in ("mass", "stiffness"):
-            if getattr(self, name) is not None:
-                value = validate.number("Rigid", name, getattr(self, name), above=0.0)
-                object.__setattr__(self, name, value)
+        validate.fields(self, validate.vector, "velocity", "angular_velocity")
+        for name, check, limits in (
+            ("center", validate.vector, {}),
+            ("mass", validate.number, {"above": 0.0}),
+            ("stiffness", validate.number, {"above": 0.0}),
+        ):
+            object.__setattr__(self, name, validate.optional(check, "Rigid", name, getattr(self, name), **limits))
         if not (isinstance(self.inertia, str) and self.inertia in INERTIAS):
             object.__setattr__(self, "inertia", _matrix(self.inertia))
 
@@ -71,12 +70,7 @@ def _warn_of_length(rotation):
 def _matrix(inertia):
     """A checked inertia tensor, as rows of floats."""
     what = "give 'skeleton', 'solid' or a symmetric, positive definite matrix (3, 3)"
-    try:
-        matrix = np.array(inertia, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(f"Rigid: inertia is {inertia!r}; {what}") from None
-    if matrix.shape != (3, 3) or not np.isfinite(matrix).all():
-        raise InputError(f"Rigid: inertia is {inertia!r}; {what}")
+    matrix = validate.numbers("Rigid", "inertia", inertia, shape=(3, 3), remedy=what)
     if not np.allclose(matrix, matrix.T, rtol=1e-9, atol=1e-12 * np.abs(matrix).max()):
         raise InputError(f"Rigid: inertia is {matrix.tolist()}, which is not symmetric; {what}")
     moments = np.linalg.eigvalsh(matrix)

@@ -66,7 +66,7 @@ class Shape:
 
     def _check(self, name, check, **limits):
         """Check a field in place."""
-        object.__setattr__(self, name, check(type(self).__name__, name, getattr(self, name), **limits))
+        validate.fields(self, check, name, **limits)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -180,17 +180,17 @@ class Ground(Shape):
 
     def __post_init__(self):
         self._check("normal", validate.direction)
-        if np.ndim(self.point) == 0:
-            self._check("point", validate.number)
-            object.__setattr__(self, "point", tuple(self.point * c for c in self.normal))
+        point = validate.numbers("Ground", "point", self.point, remedy="give a point (x, y, z), or a height")
+        if point.ndim == 0:
+            object.__setattr__(self, "point", tuple(float(point) * c for c in self.normal))
         self._check("point", validate.vector)
         self._check("tile", validate.number, above=0.0)
         if self.checker is not None:
-            color_rgb("Ground", self.checker)
+            color_rgb("Ground", self.checker, field="checker")
         if self.extent is not None:
-            if np.shape(self.extent) != (2,):
-                raise InputError(f"Ground: extent is {self.extent!r}; give two half sizes (x, y), or None for no end")
-            object.__setattr__(self, "extent", _lengths("Ground", "extent", (*self.extent, 1.0))[:2])
+            remedy = "give two half sizes (x, y) above 0, or None for no end"
+            extent = validate.numbers("Ground", "extent", self.extent, shape=(2,), remedy=remedy)
+            object.__setattr__(self, "extent", _lengths("Ground", "extent", (*extent, 1.0))[:2])
 
     @property
     def sizes(self):
@@ -213,8 +213,10 @@ class TriangleSurface(Shape):
     kind = MESH
 
     def __post_init__(self):
-        if not isinstance(self.mesh, TriangleMesh):
-            raise InputError(f"TriangleSurface: mesh is {self.mesh!r}; give fs.mesh(path) or fs.mesh(vertices, faces)")
+        self._check(
+            "mesh", validate.instance, kinds=TriangleMesh, remedy="give fs.mesh(path) or fs.mesh(vertices, faces)"
+        )
+        self._check("smooth", validate.flag)
 
     @functools.cached_property
     def box(self) -> tuple[np.ndarray, np.ndarray]:
@@ -319,12 +321,13 @@ class ShapeGroup:
     def __post_init__(self):
         for name, kind in (("shapes", Shape), ("materials", Material)):
             value = getattr(self, name)
-            values = (value,) if isinstance(value, kind) else _several(name, value)
-            for index, one in enumerate(values):
-                if not isinstance(one, kind):
-                    hint = "fs.Ball(...), fs.Box(...), ..." if kind is Shape else "fs.Material(color)"
-                    raise InputError(f"World.add_shape: {name}[{index}] is {one!r}; give {hint}")
+            remedy = "give fs.Ball(...), fs.Box(...), ..." if kind is Shape else "give fs.Material(color)"
+            one = isinstance(value, kind)
+            values = (value,) if one else validate.instances("World.add_shape", name, value, kind, remedy)
+            if not values:
+                raise InputError(f"World.add_shape: {name} is empty; {remedy}, or a list of at least one")
             object.__setattr__(self, name, values)
+        validate.text("World.add_shape", "name", self.name)
         if len(self.materials) not in (1, len(self.shapes)):
             raise InputError(
                 f"World.add_shape: {len(self.materials)} materials for {len(self.shapes)} shapes; "
@@ -346,6 +349,7 @@ class ShapeGroup:
 
     def solids(self, time: float) -> Solids:
         """The shapes in their own frames, with their materials at `time`."""
+        time = validate.number("ShapeGroup", "time", time)
         return dataclasses.replace(self._fixed, materials=tuple(material.at(time) for material in self.materials))
 
     @functools.cached_property
@@ -369,16 +373,6 @@ class ShapeGroup:
             np.arange(count, dtype=np.int32) % len(self.materials),
             (None,) * len(self.materials),
         )
-
-
-def _several(name, value):
-    try:
-        values = tuple(value)
-    except TypeError:
-        values = ()
-    if not values:
-        raise InputError(f"World.add_shape: {name} is {value!r}; give one, or a list of at least one")
-    return values
 
 
 def checked_poses(owner: str, name: str, pair, count: int) -> tuple[np.ndarray, np.ndarray]:

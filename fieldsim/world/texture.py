@@ -9,8 +9,6 @@ import dataclasses
 import functools
 from typing import ClassVar
 
-import numpy as np
-
 from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.world.color import color_rgb
@@ -45,12 +43,12 @@ class SolidTexture(Texture):
     def __post_init__(self):
         name = type(self).__name__
         for field in ("color", "other"):
-            color_rgb(name, getattr(self, field))
-        object.__setattr__(self, "scale", validate.number(name, "scale", self.scale, above=0.0))
+            color_rgb(name, getattr(self, field), field=field)
+        validate.fields(self, validate.number, "scale", above=0.0)
         if hasattr(self, "turbulence"):
-            object.__setattr__(self, "turbulence", validate.number(name, "turbulence", self.turbulence, at_least=0.0))
-        if hasattr(self, "seed") and (not isinstance(self.seed, int) or isinstance(self.seed, bool)):
-            raise InputError(f"{name}: seed is {self.seed!r}; give a whole number")
+            validate.fields(self, validate.number, "turbulence", at_least=0.0)
+        if hasattr(self, "seed"):
+            validate.fields(self, validate.whole, "seed")
 
     @property
     def rgb(self):
@@ -137,10 +135,11 @@ class ImageTexture(Texture):
     kind = 5
 
     def __post_init__(self):
-        if np.shape(self.repeat) != (2,):
-            raise InputError(f"ImageTexture: repeat is {self.repeat!r}; give two numbers (u, v)")
-        repeat = tuple(validate.number("ImageTexture", "repeat", number, above=0.0) for number in self.repeat)
-        object.__setattr__(self, "repeat", repeat)
+        remedy = "give two numbers (u, v) above 0"
+        repeat = validate.numbers("ImageTexture", "repeat", self.repeat, shape=(2,), remedy=remedy)
+        if not (repeat > 0.0).all():
+            raise InputError(f"ImageTexture: repeat is {tuple(repeat.tolist())}; {remedy}")
+        object.__setattr__(self, "repeat", tuple(repeat.tolist()))
         self.pixels  # noqa: B018 - checks the image
 
     @functools.cached_property

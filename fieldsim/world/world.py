@@ -38,25 +38,20 @@ class World:
         self.bodies: list[Body] = []
         self.particles: list[Particles] = []
         self.shapes: list[ShapeGroup] = []
-        self.lights = tuple(lights)
+        remedy = "give fs.PointLight or fs.DirectionalLight"
+        self.lights = validate.instances("World", "lights", lights, Light, remedy)
+        remedy = "give fs.Background(top, bottom), or None"
+        background = validate.instance("World", "background", background, Background | None, remedy)
         self.background = background or Background()
-        if fog is not None and not isinstance(fog, Fog):
-            raise InputError(f"World: fog is {fog!r}; give fs.Fog(density), or None")
-        self.fog = fog
-        if escape_radius is not None:
-            escape_radius = validate.number("World", "escape_radius", escape_radius, above=0.0)
-        self.escape_radius = escape_radius
+        self.fog = validate.instance("World", "fog", fog, Fog | None, "give fs.Fog(density), or None")
+        self.escape_radius = validate.optional(validate.number, "World", "escape_radius", escape_radius, above=0.0)
         if not self.lights:
             words = "World: there are no lights, only the background's own; give lights=[fs.DirectionalLight(...)]"
             warnings.warn(words, FieldsimWarning, stacklevel=2)
-        for index, light in enumerate(self.lights):
-            if not isinstance(light, Light):
-                raise InputError(f"World: lights[{index}] is {light!r}; give fs.PointLight or fs.DirectionalLight")
 
     def add_body(self, body: Body) -> Body:
         """Add a body and return it."""
-        if not isinstance(body, Body):
-            raise InputError(f"World.add_body: {body!r} is no Body; write world.add_body(fs.Body(...))")
+        validate.instance("World.add_body", "body", body, Body, "write world.add_body(fs.Body(...))")
         self.bodies.append(body)
         return body
 

@@ -1,5 +1,7 @@
 """Meshes of level surfaces: closed, on the surface, within tolerance, and refused where there is no such mesh."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -7,16 +9,19 @@ from fieldsim.errors import InputError
 from fieldsim.potentials import isosurface
 from fieldsim.potentials.circle import Circle
 from fieldsim.potentials.field import Field
-from fieldsim.potentials.kernels import Gaussian, InverseSquare, Newtonian
+from fieldsim.potentials.kernels import Gaussian, InverseSquare, Newtonian, Quartic
 from fieldsim.potentials.mesh import mesh
 from fieldsim.potentials.plane import Plane
 from fieldsim.potentials.point import Point
 from fieldsim.potentials.segment import Segment
+from fieldsim.potentials.shapes import box
+from fieldsim.potentials.solid import solid
 from fieldsim.world.body import Body
 from fieldsim.world.material import Material
+from fieldsim.world.motion import Pose
+from fieldsim.world.world import World
 
 trimesh = pytest.importorskip("trimesh")
-pytest.importorskip("skimage")
 
 RING = Field(Circle((0, 0, 0), (0, 0, 1), 1.0), Newtonian())
 
@@ -52,6 +57,97 @@ def test_parts_of_any_number_and_bare_skeletons():
     assert trimesh.Trimesh(found.vertices, found.faces, process=False).body_count == 2
 
 
+def ball(radius, center=(0.0, 0.0, 0.0), sharpness=2.0):
+    """A Gaussian point whose surface F = 1 is a sphere."""
+    return Field(Point(center), Gaussian(sharpness / radius), np.exp(sharpness**2))
+
+
+@pytest.mark.parametrize("radius", [1e-6, 1.0, 6371.0, 1e8])
+@pytest.mark.parametrize("offset", [0.0, 1e6])
+def test_any_unit_anywhere(radius, offset):
+    center = radius * offset * np.array([1.0, -2.0, 0.5])
+    for options in ({"resolution": 16}, {"tolerance": 0.01 * radius}):
+        found = Body(Point(center), surface=Material(radius=radius)).surface_mesh(**options)
+        assert closed(found)
+        assert found.volume == pytest.approx(4 / 3 * np.pi * radius**3, rel=0.02)
+
+
+@pytest.mark.parametrize("options", [{"tolerance": 0.02}, {"resolution": 8}])
+def test_small_parts_beside_big_ones(options):
+    places = {1.0: (0, 0, 0), 0.1: (4, 0.013, 0.007), 0.003: (0, 3.1, 0.2), 1e-4: (-2, -1, 1.7)}
+    found = sum(ball(radius, center) for radius, center in places.items()).mesh(1.0, **options)
+    assert closed(found)
+    near = {radius: np.linalg.norm(found.vertices - center, axis=1) for radius, center in places.items()}
+    for radius, distances in near.items():
+        np.testing.assert_allclose(distances[distances < 2 * radius], radius, rtol=1e-6)
+        assert (distances < 2 * radius).sum() >= 20
+    assert trimesh.Trimesh(found.vertices, found.faces, process=False).body_count == 4
+
+
+@pytest.mark.parametrize("kernel", [Gaussian, Quartic, InverseSquare])
+def test_thin_rings(kernel):
+    tube = 0.03
+    found = Body(Circle((0, 0, 0), (0, 0, 1), 1.0), surface=Material(radius=tube, kernel=kernel)).surface_mesh(
+        tolerance=tube / 10
+    )
+    assert closed(found)
+    assert trimesh.Trimesh(found.vertices, found.faces, process=False).euler_number == 0
+    assert found.volume == pytest.approx(2 * np.pi**2 * tube**2, rel=0.08)
+
+
+def test_a_thin_wire_on_a_big_ball_is_whole():
+    field = ball(1.0) + Body(Segment((0, 0, 0), (0, 0, 4)), surface=Material(radius=0.02)).surface_field()
+    found = field.mesh(1.0, tolerance=0.01)
+    assert closed(found)
+    assert found.vertices[:, 2].max() == pytest.approx(4.0, abs=0.03)
+    along = found.vertices[found.vertices[:, 2] > 1.2]
+    assert np.diff(np.sort(along[:, 2])).max() < 0.1
+    assert trimesh.Trimesh(found.vertices, found.faces, process=False).body_count == 1
+
+
+def test_hollows_and_what_no_element_reaches_alone():
+    # A ball without its middle, and six points that come to the level only together.
+    hollow = (ball(1.0, sharpness=1.0) - ball(0.5, sharpness=1.5)).mesh(1.0, resolution=32)
+    assert closed(hollow)
+    assert trimesh.Trimesh(hollow.vertices, hollow.faces, process=False).body_count == 2
+    around = [(np.cos(t), np.sin(t), 0.0) for t in np.arange(6) * np.pi / 3]
+    together = Field([Point(p) for p in around], Gaussian(0.8))
+    assert together.value(around).max() < 3.0 < together.value((0, 0, 0))
+    assert closed(together.mesh(3.0))
+
+
+def test_sums_and_whole_worlds():
+    body = Body(Point((0, 0, 0)), surface=Material(radius=0.5))
+    twice = (body.surface_field() + body.surface_field()).mesh(2.0, tolerance=0.002)
+    assert twice.volume == pytest.approx(4 / 3 * np.pi * 0.5**3, rel=0.02)
+    world = World()
+    for x in (0.0, 3.0):
+        world.add_body(dataclasses.replace(body, motion=Pose((x, 0, 0)), surface=Material("blue", radius=0.5 + x)))
+    mixed = (world.at(0.0).surface_field() + RING).mesh(9.0, resolution=16)
+    assert closed(mixed)
+    found = world.at(0.0).surface_mesh(tolerance=0.02)
+    assert closed(found)
+    assert found.vertices[:, 0].max() == pytest.approx(3.0 + 3.5, abs=1e-3)
+    with pytest.raises(InputError, match="no body of the world has a surface"):
+        World().at(0.0).surface_field()
+
+
+def test_the_field_of_a_solid():
+    # Outside a cube its pull is nearly that of a point.
+    found = solid(mesh(box((5, 0, 0), (1, 1, 1))), 1.0).mesh(0.3, tolerance=0.05)
+    assert closed(found)
+    assert found.volume == pytest.approx(4 / 3 * np.pi / 0.3**3, rel=0.03)
+
+
+def test_an_open_mesh_is_not_returned():
+    corners = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1.0)])
+    faces = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)])
+    assert len(isosurface.closed(corners, faces).faces) == 4
+    for wrong in (faces[:3], faces[[0, 1, 2, 2]], np.concatenate([faces, faces[:1]])):
+        with pytest.raises(InputError, match="could not be closed"):
+            isosurface.closed(corners, wrong)
+
+
 def test_files_hold_the_mesh(tmp_path):
     found = RING.mesh(8.0, resolution=16)
     for kind in ("stl", "ply", "obj", "glb"):
@@ -73,13 +169,16 @@ def test_files_hold_the_mesh(tmp_path):
         (lambda: RING.mesh(0.0), "level is 0"),
         (lambda: RING.mesh(7.0, resolution=8, tolerance=0.1), "both given"),
         (lambda: RING.mesh(1.0, resolution=2), "resolution is 2"),
-        (lambda: RING.mesh(8.0, tolerance=1e-9), "more than 64 cells"),
+        (lambda: RING.mesh(8.0, tolerance=1e-9), r"tolerance is 1e-09, .* about [\d,]+ cells, more than 2,000,000"),
+        (lambda: RING.mesh(8.0, resolution=512), r"resolution is 512, .* about [\d,]+ cells, more than 2,000,000"),
+        (lambda: RING.mesh(8.0, resolution=10**6), r"resolution is 1e\+06; give a whole number of at most 512"),
+        (lambda: RING.mesh(20.0), "too thin of about 0.0003"),
+        (lambda: (-RING).mesh(1.0), "stays below 1"),
         (lambda: Field(lambda_point(), Newtonian()).mesh(1.0), "function of time"),
         (lambda: Body(Point((0, 0, 0))).surface_mesh(), "has no surface"),
     ],
 )
-def test_what_has_no_mesh_is_refused(make, words, monkeypatch):
-    monkeypatch.setattr(isosurface, "FINEST", 64)
+def test_what_has_no_mesh_is_refused(make, words):
     with pytest.raises(InputError, match=words):
         make()
 

@@ -107,9 +107,7 @@ class Field:
 
         if self.animated:
             raise InputError("this field is a function of time; mesh field.at(time)")
-        low, high = zip(*(term.primitive.box for term in self.terms), strict=True)
-        low, high = np.min(low, axis=0), np.max(high, axis=0)
-        return level_mesh(self, level, low, high, resolution=resolution, tolerance=tolerance)
+        return level_mesh(self, level, resolution=resolution, tolerance=tolerance)
 
     def _evaluate(self, points, order):
         """Value and derivatives up to `order`, as a tuple, where and as `points` are."""

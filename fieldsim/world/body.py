@@ -103,11 +103,7 @@ class Body:
 
     def surface_mesh(self, time: float = 0.0, *, resolution: int | None = None, tolerance: float | None = None):
         """The surface at `time`, alone and in the body's frame, as a closed `TriangleMesh`; see `Field.mesh`."""
-        from fieldsim.potentials.isosurface import level_mesh
-
-        low, high = zip(*(primitive.at(time).box for primitive in self.skeleton), strict=True)
-        low, high = np.min(low, axis=0), np.max(high, axis=0)
-        return level_mesh(self.surface_field(time), 1.0, low, high, resolution=resolution, tolerance=tolerance)
+        return self.surface_field(time).mesh(1.0, resolution=resolution, tolerance=tolerance)
 
     @functools.cached_property
     def _fixed_gravity(self):

@@ -15,6 +15,8 @@ from fieldsim.errors import InputError
 
 # Lengths whose cubes are finite.
 FARTHEST = 1e100
+# Particles at most: two gigabytes.
+MOST = 20_000_000
 
 
 def shell(count: int, *, radius, speed=0.0, velocity=(0, 0, 0), center=(0, 0, 0), seed: int) -> dict:
@@ -159,7 +161,7 @@ def _start(owner, positions, distance, across, speed, velocity, center):
 
 
 def _count(owner, count):
-    return validate.whole(owner, "count", count, at_least=0)
+    return validate.whole(owner, "count", count, at_least=0, at_most=MOST)
 
 
 def _generator(owner, seed):

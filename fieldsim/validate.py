@@ -92,6 +92,13 @@ def _within(owner, name, result, noun, above, at_least, below, at_most):
         raise InputError(f"{owner}: {name} is {result:g}; give a {noun} of at most {at_most:g}")
 
 
+def bounded(owner: str, what: str, count, most: int, remedy: str) -> None:
+    """Refuse a request by its size, before it takes memory or time: `count` of `what`, `most` at most."""
+    if not count <= most:
+        number = f"{count:,.0f}" if count < 1e15 else f"{count:.0e}"
+        raise InputError(f"{owner}: this takes {number} {what}, more than {most:,}; {remedy}")
+
+
 def flag(owner: str, name: str, value) -> bool:
     """`value` as True or False."""
     if not isinstance(value, bool | np.bool_):

@@ -22,6 +22,7 @@ from fieldsim.errors import InputError
 from fieldsim.launch import checked_threads, launch
 from fieldsim.world.world import World
 
+MOST_SAMPLES = 1_000_000
 # Tangent vectors are made orthonormal every so many steps, before they fall onto one another.
 EVERY = wp.constant(16)
 
@@ -57,7 +58,7 @@ def lyapunov(
     duration = validate.number("lyapunov", "duration", duration, above=0.0)
     # As many as phase space has dimensions.
     count = validate.whole("lyapunov", "count", count, at_least=1, at_most=6)
-    samples = validate.whole("lyapunov", "samples", samples, at_least=1)
+    samples = validate.whole("lyapunov", "samples", samples, at_least=1, at_most=MOST_SAMPLES)
     seed = validate.whole("lyapunov", "seed", seed, at_least=0)
     threads = checked_threads("lyapunov", threads)
     integrator = splitting_for("lyapunov", integrator)

@@ -31,6 +31,8 @@ from fieldsim.launch import checked_threads, device_named, launch
 from fieldsim.world.contact import Status
 from fieldsim.world.world import Snapshot, World
 
+# Events in the log of all particles at most: some gigabytes.
+MOST_EVENTS = 50_000_000
 # A launch spans at most so many steps, and so many particle-steps and moving elements.
 LAUNCH_STEPS = 256
 LAUNCH_WORK = 2_000_000
@@ -76,6 +78,7 @@ class Simulation(Uncopied):
         # Whether anything can happen to a particle but free motion.
         self._eventful = bool(self._surfaces) or world.escape_radius is not None
         kept = log if self._eventful else 0
+        validate.bounded("Simulation", "events in its log", kept * self._count, MOST_EVENTS, "give a smaller log")
         self._balls = balls_of(world.particles, world.escape_radius, grain, kept, self.device)
         self._state.x = self._release(self._state.x)
         refuse_particles_on_sources(world, world.at(self.time).poses, self.time, self.positions)

@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.potentials.arc import Arc
 from fieldsim.potentials.segment import Segment
@@ -24,6 +25,9 @@ STRAIGHT = 1e-5
 # Tangents that differ by less than this join smoothly.
 SMOOTH = 1e-9
 DEPTH = 40
+# Primitives of one shape at most, and arcs after which their number is foreseen.
+MOST_PRIMITIVES = 100_000
+FORESEEN = 500
 
 
 def fitted(position, velocity, start, end, tolerance):
@@ -32,6 +36,10 @@ def fitted(position, velocity, start, end, tolerance):
     pieces = [(start, end, 0)]
     while pieces:
         t0, t1, depth = pieces.pop()
+        if len(result) >= FORESEEN:
+            # What is done, from the start on, tells how many there will be.
+            count = len(result) * (end - start) / (t0 - start)
+            validate.bounded("curve", "arcs", count, MOST_PRIMITIVES, "give a larger tolerance, or a shorter curve")
         path = position(t0 + (t1 - t0) * SAMPLES)
         extent = np.linalg.norm(path - path[0], axis=1).max()
         if np.linalg.norm(path[-1] - path[0]) > OPEN * extent:

@@ -37,7 +37,7 @@ def cross(length=2.0, *, center=ORIGIN, normal=UP) -> tuple[Segment, ...]:
 
 def asterisk(arms: int = 6, radius=1.0, *, center=ORIGIN, normal=UP) -> tuple[Segment, ...]:
     """Straight arms from `center`, evenly around; opposite ones are one segment."""
-    arms = validate.whole("asterisk", "arms", arms, at_least=2)
+    arms = validate.whole("asterisk", "arms", arms, at_least=2, at_most=shapes.MOST_PRIMITIVES)
     return _asterisk("asterisk", arms, radius, center, normal)
 
 
@@ -62,7 +62,7 @@ def donut(radius=1.0, *, center=ORIGIN, normal=UP) -> tuple[Circle]:
 
 def star(points: int = 5, radius=1.0, inner=0.4, *, center=ORIGIN, normal=UP) -> tuple[Segment, ...]:
     """The outline of a star: tips at `radius`, notches between them at `inner`, which is smaller."""
-    points = validate.whole("star", "points", points, at_least=2)
+    points = validate.whole("star", "points", points, at_least=2, at_most=shapes.MOST_PRIMITIVES)
     radius, inner = _positive("star", "radius", radius), _positive("star", "inner", inner)
     if not inner < radius:
         raise InputError(f"star: inner is {inner:g} and radius {radius:g}; give an inner radius below the outer")

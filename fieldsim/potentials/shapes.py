@@ -11,7 +11,7 @@ import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import InputError
-from fieldsim.potentials.biarc import fitted
+from fieldsim.potentials.biarc import MOST_PRIMITIVES, fitted
 from fieldsim.potentials.primitive import Primitive
 from fieldsim.potentials.segment import Segment
 from fieldsim.potentials.triangle import Triangle
@@ -76,6 +76,8 @@ def fan(owner: str, center, normal, radius, tolerance) -> tuple[Triangle, ...]:
     normal = np.array(validate.direction(owner, "normal", normal))
     radius = validate.number(owner, "radius", radius, above=0.0)
     tolerance = 1e-3 * radius if tolerance is None else _tolerance(owner, tolerance)
+    rough = math.pi * math.sqrt(radius / tolerance / 3.0)
+    validate.bounded(owner, "triangles", rough, MOST_PRIMITIVES, "give a larger tolerance")
     count = 3
     # The corners stick out the most, by a third of the angle squared for many of them.
     while _circumradius(count) - 1.0 > tolerance / radius:

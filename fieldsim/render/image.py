@@ -24,6 +24,7 @@ from fieldsim.world.world import Snapshot
 _TONES = 1 << 14  # of the table that turns linear values into bytes
 _MOST_PIXELS = 1 << 23  # in memory at a time: two thirds of a gigabyte
 QUALITIES = {"draft": 4, "final": 16}
+MOST_EXPOSURES = 4096
 EXPOSURES = {"draft": 8, "final": 32}
 # Powers of the root of x^5 = x + 1: points that fill a four-dimensional box evenly, however many (Roberts 2018).
 _SPREAD = 1.1673039782614187 ** -np.arange(1.0, 5.0)
@@ -71,7 +72,7 @@ class Renderer:
         if self.samples not in (1, 4, 16):
             raise InputError(f"Renderer: samples is {samples!r}; give 1, 4 or 16")
         exposures = EXPOSURES[quality] if exposures is None else exposures
-        self.exposures = validate.whole("Renderer", "exposures", exposures, at_least=1)
+        self.exposures = validate.whole("Renderer", "exposures", exposures, at_least=1, at_most=MOST_EXPOSURES)
         self.mode = validate.choice("Renderer", "mode", mode, MODES)
         self.device = device_named(device)
         self.shadows = validate.flag("Renderer", "shadows", shadows)

@@ -227,10 +227,15 @@ def pose_at(motion, time: float, owner: str = "Body") -> Pose:
     return validate.at_time(owner, pose, {"motion": motion}, time)
 
 
+# Nine hours at 30 frames a second.
+MOST_FRAMES = 1_000_000
+
+
 def timeline(seconds: float, fps: float = 30.0) -> list[float]:
-    """The times of the frames of a film: 0, 1/fps, ... below `seconds`. At least one frame."""
+    """The times of the frames of a film: 0, 1/fps, ... below `seconds`. At least one frame, a million at most."""
     seconds = validate.number("timeline", "seconds", seconds, above=0.0)
     fps = validate.number("timeline", "fps", fps, above=0.0)
+    validate.bounded("timeline", "frames", seconds * fps, MOST_FRAMES, "give fewer seconds, or fewer frames a second")
     return [frame / fps for frame in range(frame_count(seconds, fps))]
 
 

@@ -16,7 +16,7 @@ from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.recording import Recorded, Recording, about_run
 from fieldsim.render.image import Renderer
 from fieldsim.render.layers import LayerPictures
-from fieldsim.render.video import Film
+from fieldsim.render.video import Film, checked_size
 from fieldsim.scenario import Scenario
 from fieldsim.world.motion import timeline
 
@@ -146,7 +146,10 @@ def film(
         scenario = dataclasses.replace(scenario, integrator=integrator)
     if fps is None:
         fps = recorded.fps if recorded else min(10.0, scenario.fps) if preview else scenario.fps
-    size = size or (tuple(n // 2 for n in SIZE) if preview else SIZE)
+    width, height = checked_size("film", size or (tuple(n // 2 for n in SIZE) if preview else SIZE))
+    # Names and rates that cannot be are refused before any work.
+    frame = (2 * width if beside else width), height
+    Film(out, frame, fps)
     quality = quality or ("draft" if preview else "final")
     if recorded:
         times = recorded.times[recorded.times < (np.inf if duration is None else duration)].tolist()
@@ -158,15 +161,14 @@ def film(
         warnings.warn(words, FieldsimWarning, stacklevel=2)
     begun = time.perf_counter()
     with contextlib.ExitStack() as stack:
-        width, height = size
-        target = Film(out, (2 * width, height) if beside else size, fps, planned=len(times))
+        target = Film(out, frame, fps, planned=len(times))
         stack.enter_context(target)
         if target.still and not record:
             times = times[-1:]
         report = Report(target.path, target.size, 1 if target.still else len(times))
-        renderer = Renderer(size, quality, device, mode=mode or "soft")
+        renderer = Renderer((width, height), quality, device, mode=mode or "soft")
         pictures = LayerPictures(renderer, layer) if layer else renderer
-        other = beside(size) if beside else None
+        other = beside((width, height)) if beside else None
         exposures = 1 if layer or recorded else _exposures(scenario.camera, times, fps, renderer)
         moments = _snapshots(scenario, _exposed(scenario.camera, times, exposures), device, report)
         if recorded:

@@ -41,7 +41,7 @@ class Recording(Uncopied):
 
     def __init__(self, path, about: dict | None = None, *, planned: int | None = None):
         path = validate.path("Recording", "path", path)
-        self._about = validate.instance("Recording", "about", about or {}, dict, "give a dict")
+        self._about = _json(validate.instance("Recording", "about", about or {}, dict, "give a dict"))
         self._planned = None if planned is None else validate.whole("Recording", "planned", planned, at_least=0)
         if path.suffix != ".npz":
             raise InputError(f"Recording: {str(path)!r} should end in .npz")
@@ -126,7 +126,7 @@ class Recording(Uncopied):
     def _finished(self, whole):
         """Close the file and let it appear; where, or None for a recording without snapshots."""
         if self.count and self._about:
-            self._write("about.json", np.frombuffer(json.dumps(self._about).encode(), np.uint8))
+            self._write("about.json", np.frombuffer(self._about, np.uint8))
         self._file.close()
         if not self.count:
             return None
@@ -134,6 +134,14 @@ class Recording(Uncopied):
             return self._part.keep()
         self._part.publish()
         return self.path
+
+
+def _json(about):
+    """What is known of a run as it is written, b"" for nothing."""
+    try:
+        return json.dumps(about).encode() if about else b""
+    except (TypeError, ValueError, RecursionError) as reason:
+        raise InputError(f"Recording: about is {validate.shown(about)}, which is no JSON: {reason}") from None
 
 
 def _arrays(snapshot):

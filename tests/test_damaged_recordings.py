@@ -323,3 +323,9 @@ def test_a_recording_is_left_only_where_it_was_entered(tmp_path):
     with pytest.raises(fs.FilmError, match="the recording is not open"):
         recording.__exit__(None, None, None)
     assert not recording.__exit__(KeyError, KeyError("own"), None)
+
+
+@pytest.mark.parametrize("about", [{"a": print}, {"a": 1j}, {(1, 2): 3}, "words"])
+def test_only_what_can_be_written_is_said_of_a_run(tmp_path, about):
+    with pytest.raises(fs.InputError, match="Recording: about is"):
+        fs.Recording(tmp_path / "run.npz", about)

@@ -195,3 +195,27 @@ def test_without_an_encoder(tmp_path, monkeypatch):
     with pytest.raises(fs.FilmError, match="No ffmpeg exe could be found"):
         filmed(tmp_path / "a.mp4")
     assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize(
+    ("out", "options", "words"),
+    [
+        ("a.mp4", {"fps": 1e300}, "Film: fps is"),
+        ("a.mp4", {"fps": 1e-300}, "Film: fps is"),
+        ("a.mp4", {"size": (1e9, 1)}, "film: size is"),
+        ("a.mp4", {"size": "big"}, "film: size is"),
+        ("a" * 300 + ".mp4", {}, "File name too long"),
+        ("nowhere/a.mp4", {"duration": 1e15}, "does not exist"),
+    ],
+)
+def test_a_film_is_refused_before_any_work(tmp_path, out, options, words):
+    world = fs.World()
+
+    def motion(t):
+        pytest.fail("the world was asked where it is")
+
+    world.add_body(fs.Body(fs.Point((0, 0, 0)), surface=fs.Material(), motion=motion))
+    scenario = fs.Scenario(world, fs.Camera((0, -5, 1)), duration=1.0, fps=10)
+    with pytest.raises(fs.InputError, match=words):
+        fs.film(scenario, tmp_path / out, **options)
+    assert os.listdir(tmp_path) == []

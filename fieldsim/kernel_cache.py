@@ -61,14 +61,14 @@ def _chosen():
     return pathlib.Path(home) / "warp"
 
 
-def _try_out(folder):
-    """Raise OSError unless files can be made in `folder`, which is made where it is missing."""
+def _try_out(folder, room=0):
+    """Raise OSError unless files of `room` bytes can be made in `folder`, which is made where it is missing."""
     if str(folder).startswith("~"):
         raise OSError("there is no home folder")
     folder = folder / wp.config.version
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryFile(dir=folder) as file:
-        file.write(bytes(_ROOM))
+        file.write(bytes(room))
 
 
 def _use_another(folder, reason):
@@ -100,7 +100,7 @@ def load(module, device, block_dim) -> None:
         folder = pathlib.Path(wp.config.kernel_cache_dir)
         shutil.rmtree(_folder_of(module, block_dim), ignore_errors=True)
         try:
-            _try_out(folder.parent)
+            _try_out(folder.parent, _ROOM)
         except OSError as reason:
             _use_another(folder, reason)
         module.mark_modified()

@@ -14,7 +14,8 @@ BODIES = """
   <geom name="tip" type="capsule" size=".01 .05" pos=".05 .02 0" euler="50 0 0"/></body>
 <body name="ball" pos="-1.25 0 0.05"><freejoint/><geom size=".06"/></body>
 <body name="arm" pos="0 1.25 .1"><freejoint/><geom size=".06"/>
-  <body name="bead" pos=".1 0 0"><joint/><geom size=".03" mass="0"/><body><geom size=".02"/></body></body></body>
+  <body name="bead" pos=".1 0 0"><joint/><geom size=".03" mass="0" contype="0" conaffinity="0"/>
+    <body><geom size=".02"/></body></body></body>
 """
 
 
@@ -211,3 +212,30 @@ def test_a_body_with_gravcomp_floats():
             model.body_gravcomp[1] = 0.0
             np.testing.assert_allclose(less, 0.75 * np.array(forces.wrenches()), rtol=1e-14)
         model.body_gravcomp[1] = 1.0
+
+
+def test_a_world_that_gets_other_bodies_is_told_of():
+    model, data = started()
+    world = fs.World()
+    world.add_body(PLANET)
+    forces = fs.mujoco.FieldForces(model, data, [world], native=False)
+    world.add_body(SURFACE)
+    for ask in (forces.__enter__, forces.wrenches, forces.energy, forces.refresh):
+        with pytest.raises(fs.InputError, match=r"its world has other bodies \(2\) than when it was made \(1\)"):
+            ask()
+    assert mujoco.get_mjcb_passive() is None
+
+
+def test_what_surfaces_do_not_touch_is_named():
+    mjcf = BODIES.replace(
+        '<geom size=".03" mass="0" contype="0" conaffinity="0"/>', '<geom name="hull" size=".03" mass="0"/>'
+    ) + (
+        '<flexcomp name="cloth" type="grid" count="3 3 1" spacing=".2 .2 .2" pos="5 0 0" dim="2" mass="1" radius=".02">'
+        '<edge equality="true"/></flexcomp><body mocap="true"><geom size=".1"/></body>'
+    )
+    model = model_of(mjcf)
+    data = mujoco.MjData(model)
+    with pytest.warns(fs.FieldsimWarning, match=r"do not touch geom 'hull' \(its body has no mass\), flex 'cloth'; "):
+        fs.mujoco.FieldForces(model, data, SURFACE, contact=LAW, native=False)
+    fs.mujoco.FieldForces(model, data, SURFACE, native=False)
+    fs.mujoco.FieldForces(model, data, SURFACE, contact=LAW, bodies=["box", "ball"], native=False)

@@ -22,6 +22,13 @@ def world_with(*traits):
     return world
 
 
+def on_mujoco(world):
+    mujoco = pytest.importorskip("mujoco")
+    mjcf = "<mujoco><worldbody><body pos='9 0 0'><freejoint/><geom size='1'/></body></worldbody></mujoco>"
+    model = mujoco.MjModel.from_xml_string(mjcf)
+    fs.mujoco.FieldForces(model, mujoco.MjData(model), world, keep_gravity=False, native=False)
+
+
 TOOLS = {
     "Radau": lambda world: fs.Simulation(world, fs.Radau()),
     "force gradients": lambda world: fs.Simulation(world, fs.Omelyan4(0.01)),
@@ -30,6 +37,7 @@ TOOLS = {
     "steps": lambda world: fs.Simulation(world, fs.Leapfrog(0.01)),
     "energy": lambda world: fs.energy(fs.Simulation(world).snapshot()),
     "log": lambda world: fs.EnergyLog(fs.Simulation(world)),
+    "MuJoCo": lambda world: on_mujoco(world),
 }
 NAMED = {
     "contact": "particles of set 0 have contact",

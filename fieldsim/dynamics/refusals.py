@@ -46,6 +46,7 @@ TABLE = {
         "but particles cannot both pull each other and collide or escape, nor pull what moves freely",
         "",
     ),
+    "MuJoCo": (("pull",), "which a MuJoCo model does not feel", ", or give the world's bodies alone as sources"),
     "poincare": (("contact", "escape", "pull"), "which a section does not know", ""),
     "lyapunov": (("contact", "escape", "pull"), "which the exponents do not know", ""),
 }

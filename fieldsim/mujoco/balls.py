@@ -2,15 +2,17 @@
 
 import dataclasses
 import math
+import warnings
 
 import mujoco
 import numpy as np
 
 from fieldsim import validate
 from fieldsim.dynamics.rigid_body import log_slope
-from fieldsim.errors import InputError
+from fieldsim.errors import FieldsimWarning, InputError
+from fieldsim.mujoco import checks
 from fieldsim.mujoco.contact import WIDTH
-from fieldsim.mujoco.models import label
+from fieldsim.mujoco.models import label, named
 from fieldsim.mujoco.points import frame_of, mesh_of
 
 Kind = mujoco.mjtGeom
@@ -19,6 +21,8 @@ Kind = mujoco.mjtGeom
 SPACING = 0.5
 SPACES = 8
 MOST = 128
+# Things at most that a warning names.
+MOST_NAMED = 12
 # A step as long as this share of 1 / (angular frequency of a hit) resolves it.
 RESOLVED = 0.5
 
@@ -97,6 +101,27 @@ def body_balls(model, body: int, law: Contact, radius: float) -> np.ndarray:
         rows[:, 14] = axes.max() > 0.5 * radius
         parts.append(rows)
     return np.concatenate(parts)
+
+
+def warn_of_untouched(model, bodies) -> None:
+    """Tell of what moves and collides in MuJoCo, but not with surfaces: flexible bodies, geoms of massless bodies."""
+    moves = checks.last_dofs(model)[model.geom_bodyid] >= 0
+    loose = _collides(model, "geom") & moves & ~np.isin(model.geom_bodyid, bodies)
+    names = [f"geom {label(model, geom)} (its body has no mass)" for geom in np.flatnonzero(loose)]
+    names += [f"flex {named(model, 'flex', k)}" for k in np.flatnonzero(_collides(model, "flex")).tolist()]
+    if names:
+        more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
+        warnings.warn(
+            f"FieldForces: surfaces of the sources do not touch {', '.join(names[:MOST_NAMED])}{more}; give bodies a "
+            "mass, or planets as geoms for MuJoCo's own contact (fs.mujoco.planet_geom)",
+            FieldsimWarning,
+            stacklevel=3,
+        )
+
+
+def _collides(model, of):
+    """Which geoms or flexes are there for collisions."""
+    return (getattr(model, f"{of}_contype") != 0) | (getattr(model, f"{of}_conaffinity") != 0)
 
 
 def _spacing(size, radius, law):

@@ -2,6 +2,7 @@
 
 import contextlib
 import functools
+import operator
 import secrets
 import sys
 import threading
@@ -16,15 +17,16 @@ from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.mujoco import callback, checks, layout, sensors
 from fieldsim.mujoco import native as compiled
 from fieldsim.mujoco.act import actor
-from fieldsim.mujoco.balls import Contact, body_balls, longest_step, slope_of
+from fieldsim.mujoco.balls import Contact, body_balls, longest_step, slope_of, warn_of_untouched
 from fieldsim.mujoco.contact import WIDTH
 from fieldsim.mujoco.energy import ModelEnergy, copy_state, own_energies
 from fieldsim.mujoco.points import SIX, geom_points
 from fieldsim.mujoco.sums import LENGTHS
-from fieldsim.mujoco.tables import Plan, Table, sources_of
+from fieldsim.mujoco.tables import Plan, Table, given_sources, sources_of
 from fieldsim.mujoco.watch import Watch
 from fieldsim.potentials.field import Field
 from fieldsim.world.body import Body
+from fieldsim.world.world import World
 
 ACCURACIES = ("points", "geoms", "torque")
 NOTHING = np.empty((0, 8))
@@ -83,10 +85,14 @@ class FieldForces(Uncopied):
     ):
         checks.model_and_data(model, data)
         self.model, self.data = model, data
-        self.sources = sources_of(sources)
+        given = given_sources(sources)
+        self.sources = sources_of(given)
+        self._worlds = [(world, tuple(world.bodies)) for world in given if isinstance(world, World)]
         self.bodies = checks.bodies(model, bodies)
         self._chosen, self._weighing = None if bodies is None else self.bodies.tolist(), False
         self.accuracy = validate.choice("FieldForces", "accuracy", accuracy, ACCURACIES)
+        if contact is not None:
+            validate.instance("FieldForces", "contact", contact, Contact, "give a fs.mujoco.Contact(speed), or None")
         self.contact, self.native = contact, validate.flag("FieldForces", "native", native)
         self.keep_gravity = None if keep_gravity is None else validate.flag("FieldForces", "keep_gravity", keep_gravity)
         checks.gravity(model, keep_gravity)
@@ -95,7 +101,6 @@ class FieldForces(Uncopied):
         self._gravity = Table(self.sources, "gravity", data.time, (needs,), native)
         self._surface = Table(self.sources if contact else (), "surface", data.time, LENGTHS, native)
         self._refuse_idle()
-        sensors.warn(model, contact is not None)
         self._own_gravity = None
         # Guards what one evaluation at a time may use: sources that Python moves, tables, and room to work in.
         self._lock = threading.RLock()
@@ -113,12 +118,21 @@ class FieldForces(Uncopied):
         # How often copies of the model were unlike it.
         self._unlike = np.zeros(1, dtype=np.int64)
         self._renew()
+        sensors.warn(model, contact is not None)
+        if contact and bodies is None:
+            warn_of_untouched(model, self.bodies)
 
     def refresh(self) -> None:
         """See numbers of the model that were changed; steps, questions and entering do so by themselves.
 
-        Raises InputError for numbers that cannot be.
+        Raises InputError for numbers that cannot be, and for a World that was given and has got other bodies.
         """
+        for world, bodies in self._worlds:
+            if len(world.bodies) != len(bodies) or not all(map(operator.is_, world.bodies, bodies)):
+                raise InputError(
+                    f"FieldForces: its world has other bodies ({len(world.bodies)}) than when it was made "
+                    f"({len(bodies)}); make another FieldForces"
+                )
         if self._watch.changed():
             self._renew()
 
@@ -154,8 +168,6 @@ class FieldForces(Uncopied):
             del self._outgrown[:-1]
 
     def _refuse_idle(self):
-        if self.contact is not None and not isinstance(self.contact, Contact):
-            raise InputError(f"FieldForces: contact is {self.contact!r}; give a fs.mujoco.Contact(speed), or None")
         if self.contact and not len(self._surface):
             raise InputError("FieldForces: contact is given but no source has a surface; give a Body a fs.Material")
         if not len(self._gravity) and not len(self._surface):

@@ -76,6 +76,12 @@ def label(model, geom: int) -> str:
     return repr(name) if name else f"{geom} of body {model.body(body).name or body!r}"
 
 
+def named(model, sort: str, number: int) -> str:
+    """The name of a thing of a sort (tendon, flex, texture, ...) as it stands in a message, or its number."""
+    name = mujoco.mj_id2name(model, getattr(mujoco.mjtObj, f"mjOBJ_{sort.upper()}"), int(number))
+    return repr(name) if name else str(number)
+
+
 # Numbers of things by which models are told apart.
 COUNTS = ("nq", "nv", "na", "nu", "nbody", "njnt", "ngeom", "nsite", "nmocap", "nmesh")
 

@@ -6,6 +6,7 @@ import typing
 import numpy as np
 
 from fieldsim import validate
+from fieldsim.dynamics.refusals import refuse
 from fieldsim.dynamics.surfaces import with_reach
 from fieldsim.errors import InputError
 from fieldsim.mujoco.sums import LENGTHS, sum_of
@@ -203,19 +204,26 @@ def _groups(chunks, spinning, first):
     return groups, motions
 
 
-def sources_of(sources) -> tuple:
-    """Fields and bodies of what a user gave as sources: one or a sequence of Field, Body and World."""
+def given_sources(sources) -> tuple:
+    """What a user gave as sources: one or several."""
     remedy = "give a fs.Field, fs.Body or fs.World, or a list of them"
     single = isinstance(sources, Field | Body | World)
-    given = (sources,) if single else validate.listed("FieldForces", "sources", sources, remedy)
+    return (sources,) if single else validate.listed("FieldForces", "sources", sources, remedy)
+
+
+def sources_of(sources) -> tuple:
+    """Fields and bodies of what a user gave as sources: one or a sequence of Field, Body and World."""
     found = []
-    for index, source in enumerate(given):
+    for index, source in enumerate(given_sources(sources)):
         if isinstance(source, World):
+            refuse("FieldForces", "MuJoCo", source)
             found += source.bodies
         elif isinstance(source, Field | Body):
             found.append(source)
         else:
-            raise InputError(f"FieldForces: sources[{index}] is {source!r}; give a fs.Field, fs.Body or fs.World")
+            raise InputError(
+                f"FieldForces: sources[{index}] is {validate.shown(source)}; give a fs.Field, fs.Body or fs.World"
+            )
     if not found:
         raise InputError("FieldForces: there are no sources; give at least one fs.Field or fs.Body")
     for source in found:

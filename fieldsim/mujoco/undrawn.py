@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 
 from fieldsim.mujoco.geoms import checker_of, shape_of
-from fieldsim.mujoco.models import label, seen, seen_geoms
+from fieldsim.mujoco.models import label, named, seen, seen_geoms
 
 # A texture whose colours differ by less than this is as well one colour.
 EVEN = 0.02
@@ -21,7 +21,7 @@ def undrawn(model, drawn) -> list[str]:
     sorts = {"tendon": tendons, "flex": seen(model, "flex"), "skin": seen(model, "skin"), "range finder": rays}
     others = [_named(model, sort, k) for sort, numbers in sorts.items() for k in numbers]
     textures = dict.fromkeys(_texture(model, geom) for geom in drawn if _loses_its_texture(model, geom))
-    return [*fields, *others, *(f"texture {_name(model, 'texture', k)} (as one colour)" for k in textures)]
+    return [*fields, *others, *(f"texture {named(model, 'texture', k)} (as one colour)" for k in textures)]
 
 
 def _in_space(model, tendon):
@@ -31,14 +31,7 @@ def _in_space(model, tendon):
 
 
 def _named(model, sort, number):
-    return f"{sort} {_name(model, 'sensor' if sort == 'range finder' else sort, number)}"
-
-
-def _name(model, sort, number):
-    """Its name as a repr, or its number."""
-    kind = getattr(mujoco.mjtObj, f"mjOBJ_{sort.upper()}")
-    name = mujoco.mj_id2name(model, kind, number)
-    return repr(name) if name else str(number)
+    return f"{sort} {named(model, 'sensor' if sort == 'range finder' else sort, number)}"
 
 
 def _texture(model, geom):

@@ -39,9 +39,7 @@ class _Hearing:
         raise KeyboardInterrupt
 
     def _come_again(self, number):
-        self.timer = threading.Timer(_AGAIN, _thread.interrupt_main, (number,))
-        self.timer.daemon = True
-        self.timer.start()
+        self.timer = again(number)
 
     def forget_timer(self):
         """Let the signal not come again: it is obeyed."""
@@ -56,6 +54,14 @@ class _Hearing:
 
 
 _hearing: _Hearing | None = None
+
+
+def again(number: int = signal.SIGINT) -> threading.Timer:
+    """Let a signal come again, soon: for what C code called and cannot pass KeyboardInterrupt on."""
+    timer = threading.Timer(_AGAIN, _thread.interrupt_main, (number,))
+    timer.daemon = True
+    timer.start()
+    return timer
 
 
 def come() -> int | None:

@@ -18,6 +18,7 @@ import numba
 import numpy as np
 from numba import types
 
+from fieldsim import launch
 from fieldsim.errors import FieldsimError
 from fieldsim.mujoco import layout
 from fieldsim.mujoco.act import actor
@@ -169,6 +170,7 @@ def _row(array):
 
 
 @functools.cache
+@launch.loading()
 def acting(accuracy: str, contact: bool):
     """C function (addresses of a head, an mjModel, an mjData, and room for what is found or 0); see `actor`."""
     act = actor(accuracy, contact, True)
@@ -278,6 +280,7 @@ def is_busy(row: int) -> bool:
 
 
 @functools.cache
+@launch.loading()
 def _counted():
     @numba.cfunc(types.intp(types.intp))
     def counted(address):
@@ -353,6 +356,7 @@ def _asking(function):
 
 
 @functools.cache
+@launch.loading()
 def dispatcher(function):
     """C function for mjcb_passive: what was there before, then what is published for the model, or for what it copies.
 

@@ -6,6 +6,7 @@ function in Python. `caller(name, native)` calls it either way.
 
 import functools
 
+from fieldsim import launch
 from fieldsim.dynamics.surfaces import margin_of
 from fieldsim.potentials import cells
 
@@ -34,6 +35,7 @@ def _tuple_of(total, length, make):
 
 
 @functools.cache
+@launch.loading()
 def _compiled(name, kinds_used):
     """C function (x, y, z, rows, length of a row, kinds, first, count, out)."""
     import numba

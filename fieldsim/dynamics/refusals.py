@@ -46,7 +46,7 @@ TABLE = {
         "but particles cannot both pull each other and collide or escape, nor pull what moves freely",
         "",
     ),
-    "MuJoCo": (("pull",), "which a MuJoCo model does not feel", ", or give the world's bodies alone as sources"),
+    "MuJoCo": (("pull", "free"), "which a MuJoCo model does not feel", ""),
     "poincare": (("contact", "escape", "pull"), "which a section does not know", ""),
     "lyapunov": (("contact", "escape", "pull"), "which the exponents do not know", ""),
 }

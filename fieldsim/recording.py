@@ -170,8 +170,8 @@ def about_run(scenario, fps: float) -> dict:
 
 
 def _told(value):
-    """A parameter's value in a message, which may come from any file."""
-    return str(value)[:100]
+    """A parameter's value in a message, which may come from any file: short, and without what terminals obey."""
+    return "".join(c if c.isprintable() else "?" for c in str(value)[:100])
 
 
 class Recorded:
@@ -185,7 +185,7 @@ class Recorded:
         self.path = validate.path("Recorded", "path", path)
         self._archive = Archive(self.path)
         self.times = np.array([self._archive.numbers("time", index) for index in range(self._archive.count)])
-        if (np.diff(self.times) < 0.0).any():
+        if (self.times[1:] < self.times[:-1]).any():
             raise self._archive.damaged("has times that go back")
         self.about = self._archive.facts("about.json")
 
@@ -224,8 +224,8 @@ class Recorded:
     def _placed(self, kind, index):
         """Places and turns of an entry of that kind after the other, (N, 7) each."""
         found = self._archive.all_numbers(kind, index)
-        if any((rows[:, 3:] == 0.0).all(axis=1).any() for rows in found):
-            raise self._archive.damaged(f"has turns of length 0 in snapshot {index}")
+        if any((np.abs(np.abs(rows[:, 3:]).max(axis=1) - 1.0) > 0.99).any() for rows in found):
+            raise self._archive.damaged(f"has turns in snapshot {index} that are no unit quaternions")
         return found
 
     def _refuse_other(self, world):
@@ -247,13 +247,14 @@ class Recorded:
     @property
     def fps(self) -> float:
         """Snapshots per unit of time, 30 for a single one."""
-        span = self.times[-1] - self.times[0]
-        return float((len(self) - 1) / span) if span > 0 else 30.0
+        span = float(self.times[-1]) - float(self.times[0])
+        return (len(self) - 1) / span if span > 0.0 else 30.0
 
     def at(self, time: float, world: World) -> Snapshot:
         """The snapshot nearest to `time`."""
         time = validate.number("Recorded.at", "time", time)
-        return self.snapshot(int(np.argmin(np.abs(self.times - time))), world)
+        with np.errstate(over="ignore"):
+            return self.snapshot(int(np.argmin(np.abs(self.times - time))), world)
 
     def snapshots(self, world: World):
         """All snapshots in turn."""

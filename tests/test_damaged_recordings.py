@@ -178,6 +178,7 @@ HOSTILE = {
     "a time of nan": {"time/000002.npy": as_array(np.array(np.nan))},
     "times that go back": {"time/000002.npy": as_array(np.array(-7.0))},
     "no turn": {"poses/000001.npy": as_array(np.zeros((1, 7)))},
+    "a turn without end": {"poses/000001.npy": as_array(np.full((1, 7), 1e308))},
     "no turn of a shape": {"shapes/0/000001.npy": as_array(np.zeros((1, 7)))},
     "negative rows": {"poses/000000.npy": with_header(SHAPE.format("<f8", "-1, 7"))},
     "rows beyond numbers": {"poses/000000.npy": with_header(SHAPE.format("<f8", f"{10**30}, 7"))},
@@ -329,3 +330,20 @@ def test_a_recording_is_left_only_where_it_was_entered(tmp_path):
 def test_only_what_can_be_written_is_said_of_a_run(tmp_path, about):
     with pytest.raises(fs.InputError, match="Recording: about is"):
         fs.Recording(tmp_path / "run.npz", about)
+
+
+def test_what_a_run_says_of_itself_cannot_write_to_the_terminal(tmp_path, packed):
+    about = b'{"scenario": "\\u001b[2J' + b"x" * 1000 + b'", "parameters": {}}'
+    (tmp_path / "run.npz").write_bytes(packed({"about.json.npy": as_array(np.frombuffer(about, np.uint8))}))
+    scenario = fs.Scenario(WORLD, fs.Camera((0, -5, 1)), duration=1.0, name="own")
+    (words,) = fs.Recorded(tmp_path / "run.npz").differences(scenario)
+    assert words.isprintable()
+    assert len(words) < 200
+
+
+def test_times_near_the_largest_numbers(tmp_path, packed):
+    times = (-1.7e308, -1.0, 1.0, 1.7e308)
+    path = tmp_path / "run.npz"
+    path.write_bytes(packed({f"time/{k:06d}.npy": as_array(np.array(t)) for k, t in enumerate(times)}))
+    again = fs.Recorded(path)
+    assert (again.fps, len(again), again.at(1.6e308, WORLD).time) == (0.0, 4, 1.7e308)

@@ -209,7 +209,6 @@ def test_a_sequence_is_refused_where_it_cannot_be(tmp_path):
 @pytest.mark.parametrize("ending", ["stl", "obj", "ply", "off", "glb"])
 def test_no_link_is_followed(tmp_path, ending):
     """Neither at a name that a part could have, nor at the target, which is replaced."""
-    pytest.importorskip("trimesh")
     victim = made_file(tmp_path / "victim")
     shared = tmp_path / "shared"
     shared.mkdir()

@@ -8,13 +8,11 @@ import numpy as np
 from fieldsim import files, validate
 from fieldsim.errors import InputError
 from fieldsim.potentials import mesh_files
+from fieldsim.potentials.mesh_writers import WRITERS, doubled_areas
 from fieldsim.potentials.triangle import Triangle
 
 # Beyond, areas and volumes would not be numbers.
-MOST = 1e100
-
-# Formats that meshes are written in, each one file.
-WRITTEN = ("glb", "obj", "off", "ply", "stl")
+MOST = 1e70
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -52,7 +50,7 @@ class TriangleMesh:
     @property
     def area(self) -> float:
         """Area of all faces together."""
-        return float(np.linalg.norm(_doubled_areas(self.corners), axis=1).sum() / 2.0)
+        return float(np.linalg.norm(doubled_areas(self.corners), axis=1).sum() / 2.0)
 
     @property
     def volume(self) -> float:
@@ -61,15 +59,21 @@ class TriangleMesh:
         return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
 
     def save(self, path) -> None:
-        """Write to a file whose ending names the format: .stl, .obj, .ply, .glb, ... (extra `mesh`)."""
+        """Write to a file whose ending names the format: .stl, .obj, .ply, .off or .glb.
+
+        Coordinates keep all their digits, in .stl and .glb the 7 that these can hold: InputError for a mesh that would
+        lose its shape by that, such as a small one far from the origin.
+        """
         path = validate.path("TriangleMesh", "path", path)
-        kind = path.suffix.lower().removeprefix(".")
-        if kind not in WRITTEN:
-            raise InputError(f"TriangleMesh: {str(path)!r} ends in no format of meshes; known: {', '.join(WRITTEN)}")
+        kind = path.suffix.lower()
+        if kind not in WRITERS:
+            raise InputError(f"TriangleMesh: {str(path)!r} ends in no format of meshes; known: {', '.join(WRITERS)}")
         path = files.checked_target("TriangleMesh", path)
-        trimesh = _trimesh(f"writing {str(path)!r}")
-        data = trimesh.Trimesh(self.vertices, self.faces, process=False).export(file_type=kind)
-        files.write("TriangleMesh", path, data.encode() if isinstance(data, str) else data)
+        try:
+            data = WRITERS[kind](self.vertices, self.faces)
+        except InputError as reason:
+            raise InputError(f"TriangleMesh: {str(path)!r} cannot be written: {reason}") from None
+        files.write("TriangleMesh", path, data)
 
     def triangles(self) -> tuple[Triangle, ...]:
         """The faces as primitives: the skeleton of a hollow shell."""
@@ -107,18 +111,6 @@ def _are_triangles(things):
     return isinstance(things, list | tuple) and bool(things) and all(isinstance(t, Triangle) for t in things)
 
 
-def _trimesh(what):
-    """The package; raises InputError where it is not installed."""
-    try:
-        import trimesh
-    except ImportError:
-        raise InputError(
-            f"mesh: {what} takes the package trimesh, which is not installed: pip install 'fieldsim[mesh]' "
-            "(or pip install trimesh)"
-        ) from None
-    return trimesh
-
-
 def _read(path):
     """The mesh of a file."""
     vertices, faces = mesh_files.read(path)
@@ -152,16 +144,12 @@ def _indices(faces, count):
     return array.astype(np.int64)
 
 
-def _doubled_areas(corners):
-    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-
-
 def _refuse_degenerate(vertices, faces):
     """Raise InputError for a face whose area rounding of its coordinates can fake (as `Triangle` does)."""
     corners = vertices[faces]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
     rounding = 4 * np.finfo(float).eps * np.maximum(longest, np.abs(corners).max(axis=(1, 2)))
-    bad = np.flatnonzero(~(np.linalg.norm(_doubled_areas(corners), axis=1) > rounding * longest))
+    bad = np.flatnonzero(~(np.linalg.norm(doubled_areas(corners), axis=1) > rounding * longest))
     if bad.size:
         k = bad[0]
         raise InputError(

@@ -72,13 +72,14 @@ def _fans(polygons):
 
 # STL
 
+STL_ROW = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("color", "<u2")])
+
 
 def _stl(data):
     count = int.from_bytes(data[80:84], "little")
     size = 84 + 50 * count
     if len(data) == size:
-        row = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("color", "<u2")])
-        corners = np.frombuffer(data, row, count, offset=84)["corners"]
+        corners = np.frombuffer(data, STL_ROW, count, offset=84)["corners"]
     elif data.lstrip()[:5].lower() == b"solid":
         corners = _stl_text(data)
     elif len(data) < 84:

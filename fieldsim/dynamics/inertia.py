@@ -1,6 +1,7 @@
 """Mass, centre of mass and inertia of bodies: of the mass on a skeleton, or of the solid within a surface."""
 
 import dataclasses
+import functools
 
 import numpy as np
 
@@ -8,6 +9,7 @@ from fieldsim.dynamics.mass_points import EXACT, mass_points
 from fieldsim.dynamics.sources import field_of_elements
 from fieldsim.dynamics.surfaces import REACH, with_reach
 from fieldsim.errors import InputError
+from fieldsim.world.motion import IDENTITY
 
 # Relative error of a solid's volume and moments.
 TOLERANCE = 1e-4
@@ -77,16 +79,41 @@ def _moments(points, weights):
     return center, np.einsum("n,ni,nj->ij", weights, offset, offset)
 
 
-def solid_moments(body, tolerance: float = TOLERANCE) -> tuple[np.ndarray, np.ndarray]:
+def once_for_equals(function):
+    """`function` of a body, wherever it is and moves: asked once for bodies that are equal but for their motion."""
+    kept = functools.lru_cache(maxsize=64)(function)
+
+    @functools.wraps(function)
+    def of(body):
+        shape = dataclasses.replace(body, motion=IDENTITY, name="")
+        try:
+            hash(shape)
+        except TypeError:
+            return function(shape)
+        return kept(shape)
+
+    return of
+
+
+def solid_moments(body) -> tuple[np.ndarray, np.ndarray]:
     """Centre (3,) and second moments about it (3, 3), per unit of mass, of the even solid within the surface F = 1.
 
-    Sums over ever finer grids, extrapolated, until two agree to `tolerance` of the largest extent squared. Raises
+    Sums over ever finer grids, extrapolated, until two agree to TOLERANCE of the largest extent squared. Raises
     InputError where there is no surface, or nothing within it.
     """
     if body.surface is None:
         raise InputError(
             f"Body{_named(body)}: inertia is 'solid', but there is no surface that bounds one; give surface=fs.Material"
         )
+    found = _solid_moments(body)
+    if found is None:
+        raise InputError(f"Body{_named(body)}: nothing lies within its surface; give a larger radius")
+    return found
+
+
+@once_for_equals
+def _solid_moments(body):
+    """The same, or None where nothing lies within."""
     elements = body.surface_elements(0.0)
     low, high = surface_box(body.skeleton, elements)
     cells = COARSE
@@ -99,8 +126,8 @@ def solid_moments(body, tolerance: float = TOLERANCE) -> tuple[np.ndarray, np.nd
         best = (4.0 * finer - sums) / 3.0
         sums = finer
         if not best[0] > 0.0:
-            raise InputError(f"Body{_named(body)}: nothing lies within its surface; give a larger radius")
-        if before is not None and np.abs(best / best[0] - before / before[0]).max() < tolerance:
+            return None
+        if before is not None and np.abs(best / best[0] - before / before[0]).max() < TOLERANCE:
             break
         before = best
     center = best[1:4] / best[0]

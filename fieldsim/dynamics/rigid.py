@@ -45,7 +45,7 @@ _GIVERS |= dict.fromkeys(("spin", "spin_rest", "e", "e_rest"), _TURNING)
 class FreeBodies(Uncopied):
     """All free bodies of a world. len() is their number; they count in the world's order."""
 
-    _remedy = "copy what it gives, such as bodies.positions"
+    _remedy = "copy what it gives, such as bodies.centers"
 
     def __init__(self, world, time: float):
         self.world = world

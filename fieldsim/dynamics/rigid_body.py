@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from fieldsim.dynamics.inertia import NOTHING, mass_properties, surface_box
+from fieldsim.dynamics.inertia import NOTHING, mass_properties, once_for_equals, surface_box
 from fieldsim.dynamics.mass_points import enough, mass_points
 from fieldsim.dynamics.refusals import body_name
 from fieldsim.dynamics.shells import Shell, shell, spacing
@@ -105,9 +105,7 @@ class FreeBody:
         """Points on its surface, in the principal frame, or None."""
         if self.body.surface is None:
             return None
-        elements = self.body.surface_elements(0.0)
-        box = surface_box(self.body.skeleton, elements)
-        found = shell(elements, *box, spacing(self.body.surface.radius))
+        found = _shell_of(self.body)
         blocks = np.column_stack([self._inward(found.blocks[:, :3]), found.blocks[:, 3]])
         return dataclasses.replace(found, points=self._inward(found.points), blocks=blocks)
 
@@ -168,6 +166,13 @@ def free_body(index, body) -> FreeBody:
     idle = moments <= NOTHING * moments[2]
     moments = np.where(idle, moments[2] or properties.mass, moments)
     return FreeBody(index, name, body, properties.mass, moments, frame, idle)
+
+
+@once_for_equals
+def _shell_of(body):
+    """Points on a body's surface, in its frame."""
+    elements = body.surface_elements(0.0)
+    return shell(elements, *surface_box(body.skeleton, elements), spacing(body.surface.radius))
 
 
 def _extent(skeleton):

@@ -150,3 +150,20 @@ def test_only_neighbours_are_looked_at(monkeypatch):
         fs.Simulation(world_of(*rows))
         made.append(len(calls))
     assert 0 < made[1] < 3 * made[0]  # of pairs there are four times as many
+
+
+def test_wrenches_of_many_add_up_to_what_moves_each():
+    """Each by each, of free and of given bodies, in gravity and where surfaces press on each other."""
+    short = fs.Segment((-0.2, 0, 0), (0.2, 0, 0))
+    world = world_of(*(free((0.9 * k, 0.3 * k * k, 0), skeleton=short, surface=SKIN) for k in range(4)))
+    world.add_body(fs.Body(ROD, gravity=LAW, surface=SKIN, motion=fs.Pose((0, 5, 0))))
+    bodies = fs.Simulation(world).bodies
+    bodies._state.x.numpy()[1] = bodies.centers[0] + (0.3, 0.1, 0.1)  # into each other
+    bodies.potential_energy()
+    forces, torques = bodies.wrenches()
+    force, torque = bodies._state.force.numpy(), bodies._state.torque.numpy()
+    bodies.potential_energy()
+    np.testing.assert_allclose(forces.sum(axis=0), force, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(torques.sum(axis=0), torque, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(forces[:4], -forces[:4].swapaxes(0, 1), atol=1e-12)
+    assert (np.linalg.norm(forces, axis=2)[~np.eye(5, 4, dtype=bool)] > 0).all()

@@ -14,8 +14,10 @@ from fieldsim.copies import Uncopied
 from fieldsim.dynamics.bare import refuse_bodies_on_sources
 from fieldsim.dynamics.refusals import refuse_method
 from fieldsim.dynamics.rigid_body import FreeBody, free_body, log_slope
+from fieldsim.dynamics.rigid_contact import Shells
+from fieldsim.dynamics.rigid_gravity import Masses
 from fieldsim.dynamics.rigid_start import refuse_overlaps, refuse_unequal_pulls
-from fieldsim.dynamics.rigid_steps import Splitting, energy_kernel, rigid_kernel
+from fieldsim.dynamics.rigid_steps import Splitting, energy_kernel, pair_kernel, rigid_kernel
 from fieldsim.dynamics.rigid_tables import (
     HOST,
     host_array,
@@ -23,6 +25,7 @@ from fieldsim.dynamics.rigid_tables import (
     prescribed_tables,
     shells_of,
     state_of,
+    that_feel,
     weights_of,
 )
 from fieldsim.dynamics.rigid_track import Track
@@ -258,24 +261,27 @@ class FreeBodies(Uncopied):
         launch(energy_kernel(*self._kinds), 1, inputs, [energy], device=HOST, threads=1)
         return float(energy.numpy()[0])
 
-    def wrench(self, source: int, b: int) -> tuple[np.ndarray, np.ndarray]:
-        """Force (3,) and torque (3,) about its centre of mass, world frame, of body `source` of the world on body b."""
-        alone, chosen = self.world.replace(bodies=[]), [b]
-        if source in self._number:
-            chosen = sorted({b, self._number[source]})
-        else:
-            alone.add_body(self.world.bodies[source])
-        if len(chosen) == 1 and source in self._number:
-            return np.zeros(3), np.zeros(3)
-        starts = [self.starts[k] for k in chosen]
-        gravity, surfaces = (Sources(alone, role, self.time, prescribed=True) for role in ("gravity", "surface"))
-        shells = shells_of(starts, [self.stiffnesses[k] for k in chosen])
-        state = state_of(starts)
-        state.x = host_array(self._state.x.numpy()[chosen], wp.vec3d)
-        state.q = host_array(self._state.q.numpy()[chosen], wp.quatd)
-        self._acting(gravity, surfaces, masses_of(starts), shells, state)
-        place = chosen.index(b)
-        return state.force.numpy()[place].copy(), state.torque.numpy()[place].copy()
+    def wrenches(self) -> tuple[np.ndarray, np.ndarray]:
+        """Forces and torques about their centres of mass (S, B, 3), world frame, of all bodies of the world, now."""
+        count = len(self)
+        found = np.zeros((2, len(self.world.bodies), count, 3))
+        if not count:
+            return tuple(found)
+        pairs = [wp.empty((count, count), dtype=wp.vec3d, device=HOST) for _ in range(3)]
+        (_, masses), (_, shells) = self._kinds
+        launch(pair_kernel(masses, shells), count**2, [self._masses, self._shells, self._state], pairs, device=HOST)
+        forces, torques, backs = (array.numpy() for array in pairs)
+        free = [start.index for start in self.starts]
+        found[0, free] = forces.swapaxes(0, 1) - forces
+        found[1, free] = torques.swapaxes(0, 1) + backs
+        feeling = that_feel(Masses, self._masses), that_feel(Shells, self._shells)
+        for index, body in enumerate(self.world.bodies):
+            if not body.free and (body.gravity is not None or body.surface is not None):
+                alone = self.world.replace(bodies=[body], particles=[])
+                sources = (Sources(alone, role, self.time, prescribed=True) for role in ("gravity", "surface"))
+                self._acting(*sources, *feeling, self._state)
+                found[:, index] = self._state.force.numpy(), self._state.torque.numpy()
+        return tuple(found)
 
 
 def _splitting(method) -> Splitting:

@@ -108,50 +108,48 @@ def against_prescribed(kinds):
 
 
 @functools.cache
-def against_body(kinds):
-    """Warp function (body, other, shells, x, q, force, torque) -> energy of its points in the other's surface."""
+def contact_between(kinds):
+    """Warp function (b, other, shells, x, q) -> (energy, force on b, torque on b, torque on the other).
+
+    Of b's points in the other's surface; the force on the other is the opposite one.
+    """
     field = field_of_body(kinds)
     margin = margin_of(kinds).warp(wp.float64)
 
     @wp.func
-    def contact(
-        b: int,
-        other: int,
-        shells: Shells,
-        x: wp.array(dtype=wp.vec3d),
-        q: wp.array(dtype=wp.quatd),
-        force: wp.array(dtype=wp.vec3d),
-        torque: wp.array(dtype=wp.vec3d),
-    ):
+    def between(b: int, other: int, shells: Shells, x: wp.array(dtype=wp.vec3d), q: wp.array(dtype=wp.quatd)):
         u = wp.float64(0.0)
+        force = wp.vec3d()
+        torque = wp.vec3d()
+        back = wp.vec3d()
         first = shells.first_row[other]
         end = shells.first_row[other + 1]
-        for block in range(shells.first_block[b], shells.first_block[b + 1]):
-            ball = shells.blocks[block]
-            middle = x[b] + wp.quat_rotate(q[b], wp.vec3d(ball[0], ball[1], ball[2]))
-            at = wp.quat_rotate_inv(q[other], middle - x[other])
-            if margin(at[0], at[1], at[2], shells.rows, shells.kinds, first, end - first) < ball[3]:
-                for k in range(begin_of(shells, block), shells.block_end[block]):
-                    arm = wp.quat_rotate(q[b], shells.points[k])
-                    p = x[b] + arm
-                    f, g = field(p, x[other], q[other], shells.rows, shells.kinds, first, end)
-                    if f > wp.float64(1.0):
-                        energy, push = pressed(f, g, wp.float64(0.5) * shells.weights[k])
-                        u = u + energy
-                        force[b] = force[b] + push
-                        torque[b] = torque[b] + wp.cross(arm, push)
-                        force[other] = force[other] - push
-                        torque[other] = torque[other] - wp.cross(p - x[other], push)
-        return u
+        if wp.length(x[b] - x[other]) < shells.reach[b] + shells.reach[other]:
+            for block in range(shells.first_block[b], shells.first_block[b + 1]):
+                ball = shells.blocks[block]
+                middle = x[b] + wp.quat_rotate(q[b], wp.vec3d(ball[0], ball[1], ball[2]))
+                at = wp.quat_rotate_inv(q[other], middle - x[other])
+                if margin(at[0], at[1], at[2], shells.rows, shells.kinds, first, end - first) < ball[3]:
+                    for k in range(begin_of(shells, block), shells.block_end[block]):
+                        arm = wp.quat_rotate(q[b], shells.points[k])
+                        p = x[b] + arm
+                        f, g = field(p, x[other], q[other], shells.rows, shells.kinds, first, end)
+                        if f > wp.float64(1.0):
+                            energy, push = pressed(f, g, wp.float64(0.5) * shells.weights[k])
+                            u = u + energy
+                            force = force + push
+                            torque = torque + wp.cross(arm, push)
+                            back = back - wp.cross(p - x[other], push)
+        return u, force, torque, back
 
-    return contact
+    return between
 
 
 @functools.cache
 def contact_wrenches(prescribed_kinds, free_kinds):
     """Warp function (stage, surfaces, shells, x, q, force, torque) -> energy; adds to force and torque."""
     ground = against_prescribed(prescribed_kinds)
-    pair = against_body(free_kinds)
+    between = contact_between(free_kinds)
 
     @wp.func
     def wrenches(
@@ -167,8 +165,13 @@ def contact_wrenches(prescribed_kinds, free_kinds):
         for b in range(x.shape[0]):
             u = u + ground(b, stage, surfaces, shells, x, q, force, torque)
             for other in range(x.shape[0]):
-                if other != b and wp.length(x[b] - x[other]) < shells.reach[b] + shells.reach[other]:
-                    u = u + pair(b, other, shells, x, q, force, torque)
+                if other != b:
+                    energy, push, turn, back = between(b, other, shells, x, q)
+                    u = u + energy
+                    force[b] = force[b] + push
+                    torque[b] = torque[b] + turn
+                    force[other] = force[other] - push
+                    torque[other] = torque[other] + back
         return u
 
     return wrenches

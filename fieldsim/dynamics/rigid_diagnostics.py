@@ -55,9 +55,4 @@ class Wrenches:
 
 def wrenches(bodies) -> Wrenches:
     """Forces and torques of every body on every free one, now."""
-    free = tuple(start.index for start in bodies.starts)
-    found = np.zeros((2, len(bodies.world.bodies), len(free), 3))
-    for source in range(found.shape[1]):
-        for b in range(len(free)):
-            found[:, source, b] = bodies.wrench(source, b)
-    return Wrenches(free, *found)
+    return Wrenches(tuple(start.index for start in bodies.starts), *bodies.wrenches())

@@ -54,47 +54,45 @@ def field_of_body(kinds):
 
 
 @functools.cache
+def gravity_between(kinds):
+    """Warp function (b, other, masses, x, q) -> (energy, force on b, torque on b, torque on the other).
+
+    Of the other's field on the mass points of b; the force on the other is the opposite one.
+    """
+    inner = field_of_body(kinds)
+
+    @wp.func
+    def between(b: int, other: int, masses: Masses, x: wp.array(dtype=wp.vec3d), q: wp.array(dtype=wp.quatd)):
+        u = wp.float64(0.0)
+        force = wp.vec3d()
+        torque = wp.vec3d()
+        back = wp.vec3d()
+        first = masses.first_row[other]
+        end = masses.first_row[other + 1]
+        if end > first:
+            share = wp.float64(1.0)
+            if masses.first_row[b + 1] > masses.first_row[b]:
+                share = wp.float64(0.5)
+            for k in range(masses.first_point[b], masses.first_point[b + 1]):
+                arm = wp.quat_rotate(q[b], masses.points[k])
+                p = x[b] + arm
+                weight = share * masses.weights[k]
+                f, g = inner(p, x[other], q[other], masses.rows, masses.kinds, first, end)
+                pull = weight * g
+                u = u - weight * f
+                force = force + pull
+                torque = torque + wp.cross(arm, pull)
+                back = back - wp.cross(p - x[other], pull)
+        return u, force, torque, back
+
+    return between
+
+
+@functools.cache
 def gravity_wrenches(prescribed_kinds, free_kinds):
     """Warp function (stage, sources, masses, x, q, force, torque) -> energy; adds to force and torque."""
     outer = field_at(prescribed_kinds)
-    inner = field_of_body(free_kinds)
-
-    @wp.func
-    def one_body(
-        b: int,
-        stage: int,
-        sources: Stages,
-        masses: Masses,
-        x: wp.array(dtype=wp.vec3d),
-        q: wp.array(dtype=wp.quatd),
-        force: wp.array(dtype=wp.vec3d),
-        torque: wp.array(dtype=wp.vec3d),
-    ):
-        """All that acts on the mass points of body b."""
-        u = wp.float64(0.0)
-        pulls = masses.first_row[b + 1] > masses.first_row[b]
-        for k in range(masses.first_point[b], masses.first_point[b + 1]):
-            arm = wp.quat_rotate(q[b], masses.points[k])
-            p = x[b] + arm
-            f, g = outer(p, sources, stage)
-            total = masses.weights[k] * g
-            u = u - masses.weights[k] * f
-            for other in range(x.shape[0]):
-                first = masses.first_row[other]
-                end = masses.first_row[other + 1]
-                if other != b and end > first:
-                    share = masses.weights[k]
-                    if pulls:
-                        share = wp.float64(0.5) * share
-                    f_other, g_other = inner(p, x[other], q[other], masses.rows, masses.kinds, first, end)
-                    pull = share * g_other
-                    u = u - share * f_other
-                    total = total + pull
-                    force[other] = force[other] - pull
-                    torque[other] = torque[other] - wp.cross(p - x[other], pull)
-            force[b] = force[b] + total
-            torque[b] = torque[b] + wp.cross(arm, total)
-        return u
+    between = gravity_between(free_kinds)
 
     @wp.func
     def wrenches(
@@ -108,7 +106,21 @@ def gravity_wrenches(prescribed_kinds, free_kinds):
     ):
         u = wp.float64(0.0)
         for b in range(x.shape[0]):
-            u = u + one_body(b, stage, sources, masses, x, q, force, torque)
+            for k in range(masses.first_point[b], masses.first_point[b + 1]):
+                arm = wp.quat_rotate(q[b], masses.points[k])
+                f, g = outer(x[b] + arm, sources, stage)
+                pull = masses.weights[k] * g
+                u = u - masses.weights[k] * f
+                force[b] = force[b] + pull
+                torque[b] = torque[b] + wp.cross(arm, pull)
+            for other in range(x.shape[0]):
+                if other != b:
+                    energy, pulled, turn, back = between(b, other, masses, x, q)
+                    u = u + energy
+                    force[b] = force[b] + pulled
+                    torque[b] = torque[b] + turn
+                    force[other] = force[other] - pulled
+                    torque[other] = torque[other] + back
         return u
 
     return wrenches

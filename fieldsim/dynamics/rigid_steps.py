@@ -12,8 +12,8 @@ import functools
 
 import warp as wp
 
-from fieldsim.dynamics.rigid_contact import Shells, contact_wrenches
-from fieldsim.dynamics.rigid_gravity import Masses, gravity_wrenches
+from fieldsim.dynamics.rigid_contact import Shells, contact_between, contact_wrenches
+from fieldsim.dynamics.rigid_gravity import Masses, gravity_between, gravity_wrenches
 from fieldsim.dynamics.rotor import free_rotor
 from fieldsim.dynamics.sources import Stages
 from fieldsim.dynamics.state import added
@@ -217,3 +217,38 @@ def energy_kernel(gravity_kinds, surface_kinds):
         energy[0] = wrenches(0, gravity, surfaces, masses, shells, state)
 
     return potential
+
+
+@functools.cache
+def pair_kernel(gravity_kinds, surface_kinds):
+    """Kernel over pairs, a B + b: what the fields of b do to a; kinds: the free bodies' own.
+
+    forces, torques, backs (B, B) of row a, column b: force and torque on a, and the torque on b; 0 for a body itself.
+    """
+    pull = gravity_between(gravity_kinds)
+    push = contact_between(surface_kinds)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def pairs(
+        start: int,
+        masses: Masses,
+        shells: Shells,
+        state: Rigids,
+        forces: wp.array2d(dtype=wp.vec3d),
+        torques: wp.array2d(dtype=wp.vec3d),
+        backs: wp.array2d(dtype=wp.vec3d),
+    ):
+        count = state.x.shape[0]
+        a = (start + wp.tid()) // count
+        b = (start + wp.tid()) % count
+        forces[a, b] = wp.vec3d()
+        torques[a, b] = wp.vec3d()
+        backs[a, b] = wp.vec3d()
+        if a != b:
+            _u, pulled, turn, back = pull(a, b, masses, state.x, state.q)
+            _w, pushed, twist, rear = push(a, b, shells, state.x, state.q)
+            forces[a, b] = pulled + pushed
+            torques[a, b] = turn + twist
+            backs[a, b] = back + rear
+
+    return pairs

@@ -69,6 +69,15 @@ def shells_of(starts, stiffnesses) -> Shells:
     return shells
 
 
+def that_feel(kind, table):
+    """A table (`Masses` or `Shells`, its kind) of the same bodies, which feel but have no fields of their own."""
+    feeling = kind()
+    for name in kind.vars:
+        setattr(feeling, name, getattr(table, name))
+    feeling.first_row = wp.zeros_like(table.first_row)
+    return feeling
+
+
 def weights_of(starts, stiffnesses):
     """Area times stiffness of all points of surfaces; stiffnesses: one per body."""
     weights = [k * start.shell.areas for start, k in zip(starts, stiffnesses, strict=True) if start.shell]

@@ -77,9 +77,9 @@ def active(forces) -> bool:
         return _row_of(forces) is not None
 
 
-def is_native() -> bool:
-    """Whether all that ours calls is native code, and ours is in its place."""
-    return in_place() and not _asks_python(_before) and all(forces.free_of_python for forces in _active.values())
+def is_native(forces) -> bool:
+    """Whether MuJoCo calls ours, and that nothing but native code for its model."""
+    return in_place() and not _asks_python(_before) and forces.free_of_python
 
 
 def in_place() -> bool:
@@ -133,12 +133,12 @@ def _restore():
     _before = _ours = None
 
 
-def _act(model: int, data: int) -> None:
+def _act(model: int, data: int, foreign: int) -> None:
     """What native code asks of Python: to act where a source's motion, or all, is known to Python only."""
-    for find in (lambda entry: entry[0] == model, lambda entry: native.is_copy(entry, model)):
-        for forces in list(_active.values()):
-            if find(forces.entry):
-                return forces.act_at(model, data)
+    known = [forces for forces in list(_active.values()) if native.is_copy(forces.entry, model)]
+    # The model's own before those that it is a copy of.
+    for forces in sorted(known, key=lambda forces: forces.model._address != model)[:1]:
+        (forces.act_apart if foreign else forces.act_at)(model, data)
 
 
 def _after_a_fork():

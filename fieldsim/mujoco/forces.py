@@ -101,7 +101,7 @@ class FieldForces(Uncopied):
         self._gravity = Table(self.sources, "gravity", data.time, (needs,), native)
         self._surface = Table(self.sources if contact else (), "surface", data.time, LENGTHS, native)
         self._refuse_idle()
-        self._own_gravity = None
+        self._own_gravity = self._failure = None
         # Guards what one evaluation at a time may use: sources that Python moves, tables, and room to work in.
         self._lock = threading.RLock()
         # Another data of the model, for questions between steps.
@@ -272,6 +272,9 @@ class FieldForces(Uncopied):
             self._own_gravity = None
         found = callback.end(self)
         unlike, self._unlike[:] = self._unlike[0], 0
+        failed, self._failure = self._failure, None
+        if failed and not any(failure):
+            raise failed
         if not any(failure):
             self._tell_when_it_was_off(*found)
             if unlike:
@@ -287,9 +290,9 @@ class FieldForces(Uncopied):
     def _tell_when_it_was_off(self, displaced, twins, heirs):
         off = checks.without_passive_forces(self.model)
         if displaced:
-            words = "MuJoCo's passive callback was set within the block, in place of the field's; set it before"
+            words = "the field was off: MuJoCo's passive callback was set within the block, in its place; set it before"
         elif off:
-            words = f"the model's option disables passive forces since it was set within the block; {off}"
+            words = f"the field was off: an option set within the block disables passive forces; {off}"
         elif twins or heirs:
             words = (
                 "within the block another model moved without the field, of the same structure or on from the same "
@@ -298,7 +301,7 @@ class FieldForces(Uncopied):
             )
         else:
             return
-        self._say(f"the field was off: {words}")
+        self._say(words)
 
     @contextlib.contextmanager
     def running(self):
@@ -315,7 +318,7 @@ class FieldForces(Uncopied):
     @property
     def running_natively(self) -> bool:
         """Whether it is active now without any Python."""
-        return callback.active(self) and callback.is_native()
+        return callback.active(self) and callback.is_native(self)
 
     @property
     def free_of_python(self) -> bool:
@@ -335,6 +338,14 @@ class FieldForces(Uncopied):
             elif self._watch.changed(thorough=False):
                 self._renew()
             self._evaluate(model, data)
+
+    def act_apart(self, model: int, data: int) -> None:
+        """The same in a thread of MuJoCo's, where an error ends the process: the state blows up, the block fails."""
+        try:
+            self.act_at(model, data)
+        except Exception as reason:
+            self._failure = reason
+            compiled.views_at(model, data, self.model.nbody, self.model.nv).qfrc_passive[:] = np.nan
 
     def _evaluate(self, model, data, found=NOTHING, plan=None):
         """Add the forces by a plan, its own by default; found: see `actor`."""

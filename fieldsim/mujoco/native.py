@@ -329,18 +329,22 @@ _FAILED = np.frombuffer(b"fieldsim: the field failed\0", dtype=np.uint8)
 
 
 def _asking(function):
-    """Numba function (model, data): call a Python function of two addresses, or leave MuJoCo with what it raised."""
+    """Numba function (model, data): call a Python function of these addresses, and leave MuJoCo with what it raises.
+
+    A third argument tells whether the thread is none of Python's: nobody may be there to take what is raised.
+    """
     lock, unlock = _python("PyGILState_Ensure"), _python("PyGILState_Release")
-    number, pair, put = _python("PyLong_FromSsize_t"), _python("PyTuple_New"), _python("PyTuple_SetItem")
+    number, triple, put = _python("PyLong_FromSsize_t"), _python("PyTuple_New"), _python("PyTuple_SetItem")
     invoke, forget = _python("PyObject_CallObject"), _python("Py_DecRef")
     leave, message, function = _address(library().mju_error), _FAILED.ctypes.data, id(function)
 
     @numba.njit
     def ask(model, data):
+        foreign = call(_THREAD_STATE, 0, 0, 0, 0) == 0
         state = call(lock, 0, 0, 0, 0)
-        arguments = call(pair, 2, 0, 0, 0)
-        call(put, arguments, 0, call(number, model, 0, 0, 0), 0)
-        call(put, arguments, 1, call(number, data, 0, 0, 0), 0)
+        arguments = call(triple, 3, 0, 0, 0)
+        for i, value in enumerate((model, data, 1 if foreign else 0)):
+            call(put, arguments, i, call(number, value, 0, 0, 0), 0)
         answer = call(invoke, function, arguments, 0, 0)
         call(forget, arguments, 0, 0, 0)
         if answer != 0:
@@ -360,8 +364,8 @@ def _asking(function):
 def dispatcher(function):
     """C function for mjcb_passive: what was there before, then what is published for the model, or for what it copies.
 
-    function: of the addresses of a model and a data, for what needs Python; it has to outlive the dispatcher. Models
-    that no row knows are let be, such as those that MuJoCo tries out while it compiles them.
+    function: for what needs Python, see `_asking`; it has to outlive the dispatcher. Models that no row knows are let
+    be, such as those that MuJoCo tries out while it compiles them.
     """
     ask = _asking(function)
     width = ROWS.shape[1]

@@ -61,8 +61,8 @@ def rollout(forces, starts, steps: int, *, controls=None, threads: int | None = 
     with forces.running():
         if not forces.running_natively:
             raise InputError(
-                "rollout: these forces need Python, which threads cannot share; use sources that stand still or spin, "
-                "native=True, and no callback of Python's own"
+                "rollout: these forces need Python, which threads cannot share, or are off; use sources that stand "
+                "still or spin, native=True, and set no passive callback of Python's own"
             )
         found = mujoco.rollout.rollout(model, worlds, starts, controls, nstep=steps)
     _tell_of_blown_up(model, starts, steps, found[0])

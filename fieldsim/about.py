@@ -5,7 +5,7 @@ import pathlib
 import platform
 from importlib import metadata
 
-PACKAGES = ("fieldsim", "numpy", "warp-lang", "numba", "mujoco", "pillow", "imageio-ffmpeg")
+PACKAGES = ("fieldsim", "numpy", "warp-lang", "numba", "mujoco", "pillow", "imageio", "imageio-ffmpeg")
 
 
 def report() -> str:

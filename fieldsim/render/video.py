@@ -12,7 +12,6 @@ ffmpeg's exit status and words, so that a full disk would pass for a finished fi
 """
 
 import fractions
-import io
 import os
 import pathlib
 import re
@@ -21,7 +20,6 @@ import tempfile
 import warnings
 
 import numpy as np
-from PIL import Image
 
 from fieldsim import files, validate
 from fieldsim.copies import Uncopied
@@ -351,10 +349,10 @@ def _frame(target, index):
 
 
 def _write_png(path, image):
+    import imageio.v3 as imageio
+
     # Into memory first: an encoder that meets a full disk can leave a half-written file without a word.
-    data = io.BytesIO()
-    Image.fromarray(image).save(data, "PNG")
-    path.write_bytes(data.getvalue())
+    path.write_bytes(imageio.imwrite("<bytes>", image, extension=".png"))
 
 
 def _ffmpeg():

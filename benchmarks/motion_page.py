@@ -6,11 +6,11 @@ import pathlib
 
 import numpy as np
 
-from fieldsim.dynamics.auto import AHEAD, SAMPLE
 from fieldsim.dynamics.contact import SLOW
 from fieldsim.dynamics.energy_log import LOST
 from fieldsim.dynamics.integrators import Splitting
 from fieldsim.dynamics.touch import TOLERANCE
+from fieldsim.dynamics.trials import AHEAD, SAMPLE
 
 DOCS = pathlib.Path(__file__).parents[1] / "docs"
 COLORS = (
@@ -38,12 +38,18 @@ Which integrator when, what each costs, and how contact, rest, friction and work
 `fieldsim run SCENARIO --integrator NAME[:dt]` tries another (`auto:1e-6`, `radau`, `kahanli8:0.05`), and
 `--energy-plot FILE` draws how well energy was kept.
 
-`Auto` lets {sample} particles fly ahead with Radau for {ahead} trials' time, starts its trials shortly before the
-closest passage that each met, and takes the cheapest method and step that keep the tolerance there; Radau is one of
-them. It cannot know of a passage closer still. `EnergyLog` does, and warns where more than {lost:g} of a particle's
-energy is lost.
+`Auto` tries methods on {sample} of the particles, on all that pull each other and on the free bodies, and takes the
+cheapest method and step that keep the tolerance. First a flight ahead for {ahead} trials' time looks for close
+passages, and trials begin shortly before them: with Radau, where it knows all that is there (the escape radius aside);
+else with the method chosen first, and where that loses the tolerance another trial begins. Where the flight has to end
+early, or nothing keeps the tolerance on it, a warning and `simulation.choice` say until when the choice is good. A
+passage closer still, or of a particle not in the sample, is not foreseen. `EnergyLog` tells of it, and warns where more
+than {lost:g} of a particle's energy is lost.
 
-`Radau` does not know contacts, the escape radius, free bodies and particles that pull each other, and refuses them.
+`Radau` does not know contacts, the escape radius, free bodies and particles that pull each other, and refuses them; as
+do methods with force gradients the latter two. Particles that pull each other neither touch nor escape. Sections and
+exponents follow particles past all bodies, free ones too, but know no contact, escape and pull of particles on each
+other. All this is refused when a tool is called, by name; `world.replace(...)` gives a copy without what is in the way.
 
 ## Methods
 

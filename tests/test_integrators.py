@@ -9,10 +9,11 @@ import warp as wp
 
 import fieldsim as fs
 from fieldsim.dynamics import simulation as module
-from fieldsim.dynamics.auto import _closest, choose
+from fieldsim.dynamics.auto import choose
 from fieldsim.dynamics.integrators import Splitting
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.dynamics.sources import Sources, Stages, hessian_at, upload
+from fieldsim.dynamics.trials import Trial, scouted
 
 DONUT = fs.Body(fs.Circle((0, 0, 0), (0, 0, 1), 1.0), gravity=fs.Newtonian(0.5))
 CIGAR = fs.Segment((-1, 0, 0), (1, 0, 0))
@@ -211,9 +212,7 @@ def test_auto_meets_its_tolerance_and_prefers_high_order_for_high_accuracy():
 
 def test_auto_judges_by_half_steps_where_nothing_is_kept():
     moving = fs.Body(CIGAR, gravity=fs.Newtonian(0.3), motion=lambda time: (0.1 * math.sin(time), 0, 0))
-    choice = choose(
-        fs.Auto(1e-5, candidates=(fs.Leapfrog, fs.Omelyan4)), world_of(moving), 0.0, lambda *args: Simulation(*args)
-    )
+    choice = choose(fs.Auto(1e-5, candidates=(fs.Leapfrog, fs.Omelyan4)), world_of(moving), 0.0, Simulation)
     assert type(choice.integrator) is fs.Omelyan4
     assert 0.0 < choice.error <= 1e-5
 
@@ -244,7 +243,8 @@ def test_auto_flies_ahead_and_takes_radau_where_fixed_steps_would_fail():
     # Over 25 orbits: rounding, magnified by speeds near the wire.
     assert run_with_log(simulation, np.linspace(10.0, 400.0, 40)).report().largest < 1e-10
     # The trial meets within half its time what the scout met in thirty.
-    whole, first, near = (Simulation(w, fs.Radau()) for w in (world, world, _closest(world, 0.0, 20.0, Simulation)))
+    (trial,) = scouted(Trial(world, 0.0), 20.0, Simulation)
+    whole, first, near = (Simulation(w, fs.Radau()) for w in (world, world, trial.world))
     for run, until in ((whole, 600.0), (first, 20.0), (near, 10.0)):
         run.advance(until)
     np.testing.assert_allclose(near.radau.closest[0], whole.radau.closest[0], rtol=0.1)

@@ -7,6 +7,7 @@ import pytest
 import warp as wp
 
 import fieldsim as fs
+from fieldsim.dynamics import mutual
 from fieldsim.dynamics.mutual import drift_kernel, kick_kernel, potential_kernel
 
 LAW = fs.Newtonian(softening=0.05)
@@ -73,10 +74,22 @@ def test_test_particles_feel_those_that_pull_and_not_each_other():
 def test_threads_do_not_change_a_byte():
     ends = []
     for threads in (1, 2):
-        simulation = fs.Simulation(cluster(64), fs.Leapfrog(1e-2), threads=threads)
+        simulation = fs.Simulation(cluster(80), fs.Leapfrog(1e-2), threads=threads)
         simulation.advance(0.2)
         ends.append(simulation.positions[0].tobytes())
     assert ends[0] == ends[1]
+
+
+def test_a_few_are_moved_as_many_are(monkeypatch):
+    world = cluster()
+    world.add_particles([(1, 2, 0)], [(0, 0.2, 0)])
+    ends = []
+    for few in (mutual.FEW_PAIRS, 0):
+        monkeypatch.setattr(mutual, "FEW_PAIRS", few)
+        simulation = fs.Simulation(world, fs.BlanesMoan6(0.05))
+        simulation.advance(2.0)
+        ends.append(np.concatenate(simulation.positions + simulation.velocities))
+    np.testing.assert_allclose(*ends, rtol=0, atol=1e-13)
 
 
 def test_what_does_not_go_together_is_refused():

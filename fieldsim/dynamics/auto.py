@@ -1,16 +1,10 @@
 """A method and a step for an asked accuracy, found by short trial runs."""
 
 import dataclasses
-import functools
 import math
-import warnings
-
-import numpy as np
-import warp as wp
 
 from fieldsim import validate
-from fieldsim.dynamics.diagnostics import energy
-from fieldsim.dynamics.energy_log import EnergyLog
+from fieldsim.dynamics.diagnostics import repels
 from fieldsim.dynamics.integrators import (
     BlanesMoan6,
     Integrator,
@@ -24,38 +18,55 @@ from fieldsim.dynamics.integrators import (
 )
 from fieldsim.dynamics.radau import Radau
 from fieldsim.dynamics.refusals import method_refusal
-from fieldsim.dynamics.sources import Sources, field_and_gradient, upload
-from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
+from fieldsim.dynamics.trials import (
+    AHEAD,
+    GLANCES,
+    LOOKS,
+    SHORTEST,
+    Trial,
+    foreseen,
+    load,
+    pace,
+    quietly,
+    sampled,
+    scouted,
+    worst,
+)
+from fieldsim.errors import FieldsimError, InputError
 
 # An evaluation with the Hessian takes about so many times one without.
 HESSIAN_COST = 1.5
-# A trial moves at most so many particles, looks at them so often, and evaluates so often; a method gets so many trials.
-SAMPLE = 64
-LOOKS = 16
+# A trial evaluates the pull of so many particles at most, a flight ahead that of so many; a method gets so many trials.
 WORK = 4_000_000
+FLIGHT = 12_000_000
 ROUNDS = 8
 # A step's trial error is wanted between these parts of the tolerance.
 LEAST, MOST = 0.1, 0.5
 # A trial lasts so many dynamical times (speed over acceleration), of which an orbit takes about two and a half.
 SPAN = 3.0
-# A scout flies ahead for so many trials, and is looked at so many times during each.
-AHEAD = 30
-GLANCES = 4
+# So many flights ahead: what one met is among the trials before the next.
+FLIGHTS = 4
+# Trials of more that pull each other would take minutes.
+MOST_PULLING = 500
 # An adaptive step's evaluation takes about so many times one of a splitting.
 RADAU_COST = 1.5
 
 
 @dataclasses.dataclass(frozen=True)
 class Auto(Integrator):
-    """The cheapest method and step that keep each particle's energy to `tolerance`, found by trial when a run starts.
+    """The cheapest method and step that keep the energy to `tolerance`, found by trial when a run starts.
 
-    tolerance: of the energy, or the Jacobi integral where all that pulls turns, relative to kinetic plus absolute
-    potential energy at the start. span: duration of a trial, about an orbit unless told. candidates: the methods to
-    choose from; Radau is tried with its own tolerance, and only where it knows all that is in the world.
+    tolerance: of the energy, or the Jacobi integral where all that pulls turns, of each particle that touches nothing,
+    and of that of free bodies together and of particles that pull each other together, relative to kinetic plus
+    absolute potential energy; where nothing is kept, of the difference to half the step, as it may grow in 30 spans.
+    span: duration of a trial, about an orbit unless told. candidates: the methods to choose from; only those that know
+    all that is in the world are tried, Radau with its own tolerance.
 
-    Where Radau can fly, a sample of the particles first flies ahead with it for 30 spans, and the trials start shortly
-    before the closest passage that each of them meets there. A passage closer still, later or by a particle not in the
-    sample, is not foreseen (`EnergyLog` tells of it).
+    A sample of the particles (64, and all that pull each other) first flies ahead for 30 spans, and the trials begin
+    shortly before the closest passages that it meets there: with Radau, where that can fly; else with the method chosen
+    first, and what fails on the way is tried, too. A passage closer still, later or by a particle not in the sample is
+    not foreseen (`EnergyLog` tells of it). Where the flight ends early, or the tolerance cannot be kept on it, a
+    FieldsimWarning and the `Choice` say until when the choice is good.
     """
 
     tolerance: float = 1e-8
@@ -84,17 +95,23 @@ class Auto(Integrator):
 
 @dataclasses.dataclass(frozen=True)
 class Choice:
-    """What `Auto` chose. error: of the energy, relative, in the trial; cost: evaluations a unit of time."""
+    """What `Auto` chose. error: of the energy, relative, in the trials; cost: evaluations a unit of time.
+
+    until: the time up to which passages were foreseen; caveat: what is not vouched for, or "".
+    """
 
     auto: Auto
     integrator: Integrator
     error: float
     cost: float
+    until: float = math.inf
+    caveat: str = ""
 
     def __str__(self):
-        return (
+        words = (
             f"{self.integrator}, chosen for a tolerance of {self.auto.tolerance:.1e}, with {self.error:.1e} in a trial"
         )
+        return f"{words}; {self.caveat}" if self.caveat else words
 
 
 def integrator_of(owner: str, value) -> Integrator:
@@ -129,158 +146,120 @@ def integrator_named(text: str) -> Integrator:
 
 
 def choose(auto: Auto, world, time: float, simulate) -> Choice:
-    """Try the candidates on a sample of the world's particles. simulate: (world, integrator) -> Simulation at `time`.
+    """Try the candidates on a sample of the world's particles. simulate: (world, integrator, time=) -> Simulation.
 
     Raises FieldsimError where none meets the tolerance.
     """
-    sample = _sample(world)
-    pace = _pace(sample, time)
-    if not math.isfinite(pace):  # nothing moves, or nothing pulls
-        return Choice(auto, Leapfrog(), 0.0, 1.0 / Leapfrog().dt)
-    span = SPAN * pace if auto.span is None else auto.span
-    flyable = not method_refusal(Radau(), sample)
-    if flyable:
-        sample = _closest(sample, time, span, simulate)
-    best = None
-    for method in auto.candidates:
-        if method_refusal(method(), sample):
-            continue
-        if method is not Radau:
-            best = _better(best, method, auto, pace, span, functools.partial(simulate, sample))
-        else:
-            best = _adaptive(best, auto, span, functools.partial(simulate, sample))
-    if best is None:
-        names = ", ".join(method.__name__ for method in auto.candidates)
-        raise FieldsimError(
-            f"Auto: none of {names} keeps the energy to {auto.tolerance:g} over {span:.3g} from time {time:g} at a "
-            "reasonable cost; give a larger tolerance, or soften what the particles pass closely"
-        )
-    return best
+    return quietly(_Search(auto, world, time, simulate).choice)
 
 
-def _closest(world, time, span, simulate):
-    """The world with each particle where it is shortly before its closest passage of the next AHEAD spans."""
-    simulation = simulate(world, Radau())
-    scout, piece = simulation.radau, span / GLANCES
-    positions, velocities = (np.concatenate(sets) for sets in (simulation.positions, simulation.velocities))
-    looks = [(positions, velocities)]
-    for look in range(1, AHEAD * GLANCES + 1):
-        scout.advance(time + piece * look)
-        looks.append(scout.at(time + piece * look))
-    tau, when = scout.closest
-    # At least a glance before it, so that a trial has it within its first half; where nothing changes, at the start.
-    chosen = np.where(np.isfinite(tau), np.maximum((when - time) // piece - 1, 0), 0).astype(int)
-    x, v = (np.stack(parts)[chosen, np.arange(len(chosen))] for parts in zip(*looks, strict=True))
-    return _with_states(world, x, v)
+class _Search:
+    """The search for a method and a step for one world."""
 
+    def __init__(self, auto, world, time, simulate):
+        self.auto, self.simulate, self.aim = auto, simulate, auto.tolerance
+        # In trials nothing escapes: what a bad step throws out would no longer be judged.
+        self.start, self.radius = Trial(sampled(world.replace(escape_radius=None)), time), world.escape_radius
+        self.methods = [m for m in auto.candidates if not method_refusal(m(), world)]
 
-def _with_states(world, x, v):
-    """The world with its particles at x (N, 3) with velocities v (N, 3)."""
-    ends = np.cumsum([len(particles) for particles in world.particles])[:-1]
-    sets = zip(world.particles, np.split(x, ends), np.split(v, ends), strict=True)
-    return world.replace(particles=[dataclasses.replace(p, positions=here, velocities=to) for p, here, to in sets])
+    def choice(self) -> Choice:
+        """The best method and step, and until when they are."""
+        simulation = self.simulate(self.start.world, Leapfrog(), time=self.start.time)
+        if len(simulation.mutual) > MOST_PULLING:
+            raise InputError(
+                f"Auto: {len(simulation.mutual)} particles pull each other, and trials of more than {MOST_PULLING} "
+                "would take too long; give a method with its step, such as fs.BlanesMoan6(dt)"
+            )
+        self.pace, self.load, self.longest = pace(simulation), load(simulation), simulation.bodies.longest_step
+        if not math.isfinite(self.pace):
+            return self._unmoved()
+        self.span = SPAN * self.pace if self.auto.span is None else self.auto.span
+        trials = scouted(self.start, self.span, self.simulate, self.radius)
+        best = self._best(trials or [self.start])
+        if best is None:
+            names = ", ".join(method.__name__ for method in self.auto.candidates)
+            raise FieldsimError(
+                f"Auto: none of {names} keeps the energy to {self.auto.tolerance:g} over {self.span:.3g} from time "
+                f"{self.start.time:g} at a reasonable cost; give a larger tolerance, or soften what the particles pass "
+                "closely"
+            )
+        return best if trials else self._ahead(best)
 
+    def _unmoved(self):
+        """Nothing moves, or nothing pulls at the start."""
+        steps = Leapfrog(min(Leapfrog().dt, self.longest))
+        untried = math.isfinite(self.longest) or repels(self.start.world)
+        caveat = "nothing pulls at the start, so that steps through contacts were not tried" if untried else ""
+        return Choice(self.auto, steps, 0.0, 1.0 / steps.dt, self.start.time if untried else math.inf, caveat)
 
-def _sample(world):
-    """The world with at most SAMPLE of its particles, evenly spread over them."""
-    total = sum(len(particles) for particles in world.particles)
-    chosen = np.unique(np.linspace(0, total - 1, min(SAMPLE, total)).astype(int)) if total else np.zeros(0, int)
-    sets, first = [], 0
-    for particles in world.particles:
-        own = chosen[(chosen >= first) & (chosen < first + len(particles))] - first
-        first += len(particles)
-        fields = {"positions": particles.positions[own], "velocities": particles.velocities[own]}
-        sets.append(dataclasses.replace(particles, **fields))
-    return world.replace(particles=sets)
-
-
-def _pace(world, time):
-    """Median dynamical time of a world's particles: (|v| + sqrt(2 |F|)) / |acceleration|; inf where nothing pulls."""
-    snapshot = world.at(time)
-    sources = Sources(world, "gravity", time)
-    points = wp.array(np.concatenate([np.zeros((0, 3)), *snapshot.positions]), dtype=wp.vec3d, device="cpu")
-    _, pull = field_and_gradient(sources, upload(sources, np.array([time]), "cpu"), points)
-    parts = energy(snapshot)
-    speed = np.sqrt(2.0 * parts.kinetic) + np.sqrt(2.0 * np.abs(parts.potential))
-    size = np.linalg.norm(pull.numpy(), axis=1)
-    times = np.divide(speed, size, out=np.full(len(speed), math.inf), where=size > 0.0)
-    return float(np.median(times)) if len(times) else math.inf
-
-
-def _better(best, method, auto, pace, span, simulate):
-    """The choice of a method with the longest step that meets the tolerance where that is cheaper than `best`."""
-    cost = method.evaluations + (HESSIAN_COST - 1.0) * sum(map(bool, method.gradients))
-    piece = span / LOOKS
-    # Only steps that would make it cheaper are of interest.
-    least = max(cost / best.cost if best else 0.0, SAMPLE * span * method.evaluations / WORK)
-    dt = max(0.01 * cost * pace, 1.1 * least)
-    tried = set()
-    for _ in range(ROUNDS):
-        # Whole steps between the looks, as in the trial.
-        dt = piece / math.ceil(piece / dt)
-        if dt in tried or dt <= least:
-            break
-        tried.add(dt)
-        error = _error(method(dt), piece, simulate)
-        if error <= auto.tolerance:
-            best, least = Choice(auto, method(dt), error, cost / dt), dt
-        if LEAST * auto.tolerance <= error <= MOST * auto.tolerance:
-            break
-        ratio = MOST * LEAST**0.5 * auto.tolerance / error if error > 0.0 else math.inf
-        dt *= min(max(ratio ** (1.0 / method.order), 0.2), 3.0)
-    return best
-
-
-def _adaptive(best, auto, span, simulate):
-    """Radau where it meets the tolerance and is cheaper than `best`."""
-    simulations = []
-
-    def kept(integrator):
-        simulations.append(simulate(integrator))
-        return simulations[-1]
-
-    error = _error(Radau(), span / LOOKS, kept)
-    run = simulations[0].radau
-    cost = RADAU_COST * run.evaluations / (span * max(1, len(run.span[0])))
-    if error > auto.tolerance or (best and best.cost <= cost):
-        return best
-    return Choice(auto, Radau(), error, cost)
-
-
-def _finer(integrator):
-    """The same method with half the step."""
-    if isinstance(integrator, Radau):
-        return dataclasses.replace(integrator, tolerance=integrator.tolerance / 2**7)
-    return dataclasses.replace(integrator, dt=integrator.dt / 2)
-
-
-def _error(integrator, piece, simulate):
-    """Largest relative error of energy in a trial; where nothing is kept, of the difference to half the step."""
-    simulation = simulate(integrator)
-    log = EnergyLog(simulation)
-    times = simulation.time + piece * np.arange(1.0, LOOKS + 1.0)
-    finer = None if log.invariant else simulate(_finer(integrator))
-    error = 0.0
-    try:
-        for moment in times:
-            simulation.advance(moment)
-            if finer is None:
-                with warnings.catch_warnings():  # a trial may fail
-                    warnings.simplefilter("ignore", FieldsimWarning)
-                    log.record()
+    def _ahead(self, choice):
+        """The choice, or another, that also keeps the tolerance on a flight ahead, as far as one is found."""
+        trials, kept, lost = [self.start], dataclasses.replace(choice, until=-math.inf), True
+        for _ in range(FLIGHTS):
+            looks = int(FLIGHT * GLANCES / (choice.cost * self.load * self.span))
+            flight = self.start, choice.integrator, self.span, self.auto.tolerance, looks
+            until, well, missed = foreseen(*flight, self.simulate)
+            farther = until > kept.until
+            if farther:
+                kept, lost = dataclasses.replace(choice, until=until), not well
+            if missed is None:
+                break
+            if farther:
+                trials = [missed, *trials]  # what failed last fails first
             else:
-                finer.advance(moment)
-                error = max(error, _difference(simulation, finer))
-    except InputError:
-        raise
-    except FieldsimError:  # it flew apart
-        return math.inf
-    return error if finer else log.report().largest
+                self.aim *= LEAST  # no passage, then, but small errors that add up
+            choice = self._best(trials)
+            if choice is None:
+                break
+        end = self.start.time + AHEAD * self.span * (1.0 - 1e-9)
+        caveat = ""
+        if lost:
+            caveat = f"after time {kept.until:.4g} it keeps the tolerance no more in a flight ahead"
+        elif kept.until < end:
+            caveat = f"a flight ahead would take long, so that what comes after time {kept.until:.4g} is not foreseen"
+        return dataclasses.replace(kept, caveat=caveat)
 
+    def _best(self, trials):
+        """The cheapest choice that keeps the tolerance in all trials, or None."""
+        best = None
+        for method in self.methods:
+            best = self._adaptive(best, trials) if method is Radau else self._better(best, method, trials)
+        return best
 
-def _difference(simulation, finer):
-    """Largest relative difference of energy between two runs, of particles that touched nothing in either."""
-    one, other = energy(simulation.snapshot()), energy(finer.snapshot())
-    free = np.concatenate(simulation.bounce_counts) + np.concatenate(finer.bounce_counts) == 0
-    scale = np.maximum(other.kinetic + np.abs(other.potential), np.finfo(float).tiny)
-    return float((np.abs(one.total - other.total) / scale)[free].max(initial=0.0))
+    def _better(self, best, method, trials):
+        """The choice of a method with the longest step that meets the tolerance where that is cheaper than `best`."""
+        tolerance, piece = self.aim, self.span / LOOKS
+        cost = method.evaluations + (HESSIAN_COST - 1.0) * sum(map(bool, method.gradients))
+        # Only steps that would make it cheaper are of interest.
+        least = max(cost / best.cost if best else 0.0, self.load * self.span * method.evaluations / WORK)
+        dt = min(max(0.01 * cost * self.pace, 1.1 * least), self.longest)
+        tried = set()
+        for _ in range(ROUNDS):
+            # Whole steps between the looks, as in the trial.
+            dt = piece / math.ceil(piece / dt)
+            if dt in tried or dt <= least:
+                break
+            tried.add(dt)
+            error = worst(trials, method(dt), self.span, tolerance, self.simulate)
+            if error <= tolerance:
+                best, least = Choice(self.auto, method(dt), error, cost / dt), dt
+            if LEAST * tolerance <= error <= MOST * tolerance:
+                break
+            ratio = MOST * LEAST**0.5 * tolerance / error if error > 0.0 else math.inf
+            dt = min(dt * min(max(ratio ** (1.0 / method.order), SHORTEST), 3.0), self.longest)
+        return best
+
+    def _adaptive(self, best, trials):
+        """Radau where it meets the tolerance and is cheaper than `best`."""
+        simulations = []
+
+        def kept(*arguments, **options):
+            simulations.append(self.simulate(*arguments, **options))
+            return simulations[-1]
+
+        error = worst(trials, Radau(), self.span, self.aim, kept)
+        run = simulations[0].radau
+        cost = RADAU_COST * run.evaluations / (self.span * max(1, len(run.span[0])))
+        if error > self.aim or (best and best.cost <= cost):
+            return best
+        return Choice(self.auto, Radau(), error, cost)

@@ -1,7 +1,8 @@
 """Particles that pull each other: a direct sum over all that have gravity, at every stage of a splitting.
 
 Each pulls with its kernel as a Point does, so any kernel may rule. All pulls come in equal and opposite pairs, which
-keeps momentum to rounding. One thread per particle and stage: a drift of all has to end before the next kick.
+keeps momentum to rounding. One thread per particle and stage: a drift of all has to end before the next kick. A few
+particles on a CPU are moved by one thread through all steps: launches would take longer than what they do.
 """
 
 import functools
@@ -16,6 +17,9 @@ from fieldsim.dynamics.state import State, added
 from fieldsim.launch import launch
 from fieldsim.potentials import cells
 from fieldsim.potentials.point import Point
+
+# One thread moves all particles where no more pairs than these are to be summed.
+FEW_PAIRS = 4096
 
 
 @wp.struct
@@ -34,10 +38,39 @@ def _point_kernel(kernel):
 
 
 @functools.cache
-def kick_kernel(kinds_used, kernel):
-    """Kernel (v, v_rest; x, weight, stage, gravity, pull): v += weight * (pull of the bodies and of the particles)."""
+def _kicked(kinds_used, kernel):
+    """Warp function that kicks one particle by the pull of the bodies and of the particles."""
     field = field_at(kinds_used)
     point = _point_kernel(kernel)
+
+    @wp.func
+    def kicked(
+        i: int,
+        weight: wp.float64,
+        stage: int,
+        gravity: Stages,
+        pull: Pull,
+        x: wp.array(dtype=wp.vec3d),
+        v: wp.array(dtype=wp.vec3d),
+        v_rest: wp.array(dtype=wp.vec3d),
+    ):
+        here = x[i]
+        _f, a = field(here, gravity, stage)
+        for k in range(pull.sources.shape[0]):
+            away = here - x[pull.sources[k]]
+            _h, slope, _bend = point(wp.dot(away, away), pull.width, wp.float64(0.0))
+            a = a + (pull.strengths[k] * slope) * away
+        new, rest = added(v[i], v_rest[i], weight * a)
+        v[i] = new
+        v_rest[i] = rest
+
+    return kicked
+
+
+@functools.cache
+def kick_kernel(kinds_used, kernel):
+    """Kernel (v, v_rest; x, weight, stage, gravity, pull): v += weight * (pull of the bodies and of the particles)."""
+    kicked = _kicked(kinds_used, kernel)
 
     @wp.kernel(module="unique", enable_backward=False)
     def kick(
@@ -50,18 +83,41 @@ def kick_kernel(kinds_used, kernel):
         v: wp.array(dtype=wp.vec3d),
         v_rest: wp.array(dtype=wp.vec3d),
     ):
-        i = start + wp.tid()
-        here = x[i]
-        _f, a = field(here, gravity, stage)
-        for k in range(pull.sources.shape[0]):
-            away = here - x[pull.sources[k]]
-            _h, slope, _bend = point(wp.dot(away, away), pull.width, wp.float64(0.0))
-            a = a + (pull.strengths[k] * slope) * away
-        new, rest = added(v[i], v_rest[i], weight * a)
-        v[i] = new
-        v_rest[i] = rest
+        kicked(start + wp.tid(), weight, stage, gravity, pull, x, v, v_rest)
 
     return kick
+
+
+@functools.cache
+def steps_kernel(kinds_used, kernel):
+    """Kernel: all particles through all steps of a launch on one thread."""
+    kicked = _kicked(kinds_used, kernel)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def leap(
+        start: int,
+        steps: int,
+        kicks: wp.array(dtype=wp.float64),
+        drifts: wp.array(dtype=wp.float64),
+        gravity: Stages,
+        pull: Pull,
+        x: wp.array(dtype=wp.vec3d),
+        v: wp.array(dtype=wp.vec3d),
+        x_rest: wp.array(dtype=wp.vec3d),
+        v_rest: wp.array(dtype=wp.vec3d),
+    ):
+        for step in range(steps):
+            for j in range(kicks.shape[0]):
+                if j > 0:
+                    for i in range(x.shape[0]):
+                        new, rest = added(x[i], x_rest[i], drifts[j - 1] * v[i])
+                        x[i] = new
+                        x_rest[i] = rest
+                if kicks[j] != wp.float64(0.0):
+                    for i in range(x.shape[0]):
+                        kicked(i, kicks[j], step * drifts.shape[0] + j, gravity, pull, x, v, v_rest)
+
+    return leap
 
 
 @functools.cache
@@ -126,6 +182,12 @@ class MutualGravity(Uncopied):
     def leap(self, state: State, steps: int, dt: float, method, gravity: Stages, kinds_used) -> None:
         """Take all particles through `steps` steps; gravity: the bodies' tables at the stages of all of them."""
         count = len(self.strengths)
+        if not state.x.device.is_cuda and count * len(self) <= FEW_PAIRS:
+            kernel = steps_kernel(kinds_used, type(self._kernel))
+            tables = (wp.array(dt * np.array(t), dtype=wp.float64, device="cpu") for t in (method.kicks, method.drifts))
+            inputs = [steps, *tables, gravity, self._pull]
+            launch(kernel, 1, inputs, [state.x, state.v, state.x_rest, state.v_rest], device=self.device, threads=1)
+            return
         kick = kick_kernel(kinds_used, type(self._kernel))
         options = {"device": self.device, "threads": self.threads, "grain": 16}
         for step in range(steps):
@@ -137,6 +199,14 @@ class MutualGravity(Uncopied):
                     stage = step * len(method.drifts) + j
                     inputs = [wp.float64(dt * weight), stage, gravity, self._pull, state.x]
                     launch(kick, count, inputs, [state.v, state.v_rest], **options)
+
+    def accelerations(self, state: State, gravity: Stages, kinds_used) -> np.ndarray:
+        """Of all particles by the pull of the bodies, at the first stage of `gravity`, and of each other, (N, 3)."""
+        found, rest = wp.zeros_like(state.v), wp.zeros_like(state.v)
+        inputs = [wp.float64(1.0), 0, gravity, self._pull, state.x]
+        kernel = kick_kernel(kinds_used, type(self._kernel))
+        launch(kernel, len(found), inputs, [found, rest], device=self.device, threads=self.threads)
+        return found.numpy()
 
     def potential_energies(self, positions: np.ndarray) -> np.ndarray:
         """Of each particle in the pull of the others, (N,): minus G m of the others times h, per unit of its mass."""

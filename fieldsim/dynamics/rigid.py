@@ -4,6 +4,8 @@ Few bodies in one thread: what comes out, their poses at every stage, places the
 `sources`), on whatever device these are.
 """
 
+import dataclasses
+import math
 import warnings
 
 import numpy as np
@@ -247,6 +249,34 @@ class FreeBodies(Uncopied):
         """Of motion and rotation, (B,)."""
         translation = 0.5 * np.sum(self.momenta**2, axis=1) / self.masses
         return read_only(translation + 0.5 * np.sum(self.spins * self.angular_velocities, axis=1))
+
+    def accelerations(self) -> np.ndarray:
+        """Of the centres of mass, now, (B, 3)."""
+        self.potential_energy()
+        return self._state.force.numpy() / self.masses[:, None]
+
+    @property
+    def pairs(self) -> int:
+        """How many pairs of a mass point and an element of gravity a stage sums."""
+        return len(self._masses.points) * (len(self._gravity) + len(self._masses.kinds))
+
+    @property
+    def longest_step(self) -> float:
+        """The longest step that resolves the hardest contact that their energy allows; inf where there is none."""
+        return RESOLVED / self._quickest if self.starts and self._quickest else math.inf
+
+    def as_bodies(self) -> list:
+        """The world's bodies with the free ones started as they move now."""
+        bodies, poses = list(self.world.bodies), self.present
+        velocities, turning = self.momenta / self.masses[:, None], self.angular_velocities
+        for b, start in enumerate(self.starts):
+            pose, k = poses[start.index], self.stiffnesses[b] or None
+            # Rounding turns what has no inertia.
+            axes = (pose.matrix @ start.frame.matrix)[:, ~start.idle]
+            state = {"velocity": velocities[b], "angular_velocity": axes @ axes.T @ turning[b], "stiffness": k}
+            motion = dataclasses.replace(start.body.motion, position=pose.position, rotation=pose.rotation, **state)
+            bodies[start.index] = dataclasses.replace(start.body, motion=motion)
+        return bodies
 
     def potential_energy(self) -> float:
         """Of all free bodies in the gravity and the contacts of the prescribed ones and of each other, now."""

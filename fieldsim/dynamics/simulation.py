@@ -86,6 +86,9 @@ class Simulation(Uncopied):
             options = {"time": self.time, "device": device, "threads": threads}
             self.choice = choose(self.integrator, world, self.time, functools.partial(Simulation, **options))
             self.integrator = self.choice.integrator
+            if self.choice.caveat:
+                advice = "give a longer Auto(span=...), or follow the run with fs.EnergyLog"
+                warnings.warn(f"{self.choice}; {advice}", FieldsimWarning, stacklevel=2)
         refuse_method("Simulation", self.integrator, world)
         self.radau = None
         if isinstance(self.integrator, Radau):

@@ -48,8 +48,11 @@ class Archive:
         self._name = f"the recording {str(path)!r}"
         if not os.path.isfile(path):
             raise InputError(f"there is no file {str(path)!r}; give the path of a recording, NAME.npz")
-        if not os.access(path, os.R_OK):
-            raise InputError(f"{self._name} may not be read")
+        try:
+            with open(path, "rb"):
+                pass
+        except OSError as reason:
+            raise InputError(f"{self._name} cannot be opened: {reason.strerror}") from None
         try:
             self._file = zipfile.ZipFile(path)
             entries = self._file.infolist()

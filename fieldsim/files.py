@@ -36,8 +36,10 @@ class Part:
 
     def __init__(self, target, *, folder: bool = False):
         self.target = pathlib.Path(target)
-        remove_left(self.target.parent)
-        self.path, lock = _made(self.target, folder)
+        # Within a folder that is there: what is around it may be another disk's, or not for us to write.
+        place = self.target / "part" if folder and self.target.is_dir() else self.target
+        remove_left(place.parent)
+        self.path, lock = _made(place, folder)
         self.discard = weakref.finalize(self, _discard, self.path, lock, os.getpid())
 
     def publish(self) -> None:
@@ -69,11 +71,15 @@ def checked_target(owner: str, value) -> pathlib.Path:
     # A link is not followed, but replaced.
     if not (stat.S_ISREG(mode) or stat.S_ISLNK(mode)):
         raise InputError(f"{owner}: {str(path)!r} is a device or a pipe; give a file's name")
-    if stat.S_ISREG(mode) and path.exists() and not os.access(path, os.W_OK):
+    if stat.S_ISREG(mode) and path.exists() and not _may(path, os.W_OK):
         raise InputError(f"{owner}: {str(path)!r} may not be written; give another name, or the right to write it")
-    if not os.access(folder, os.W_OK | os.X_OK):
+    if not _may(folder, os.W_OK | os.X_OK):
         raise InputError(f"{owner}: {str(path)!r}: nothing may be written into the folder {str(folder)!r}")
     return path
+
+
+def _may(path, what):
+    return os.access(path, what, effective_ids=os.access in os.supports_effective_ids)
 
 
 def write(owner: str, target, data: bytes) -> None:

@@ -182,7 +182,7 @@ def test_what_may_not_be_written_is_refused_at_once(tmp_path, ending, monkeypatc
     locked = tmp_path / "locked"
     locked.mkdir()
     kept = made_file(tmp_path / f"a{ending}")
-    monkeypatch.setattr(os, "access", lambda path, mode: os.fspath(path) not in (str(kept), str(locked)))
+    monkeypatch.setattr(os, "access", lambda path, mode, **_: os.fspath(path) not in (str(kept), str(locked)))
     with pytest.raises(InputError, match="may not be written; give another name"):
         WRITERS[ending](kept)
     with pytest.raises(InputError, match="nothing may be written into the folder"):

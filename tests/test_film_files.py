@@ -219,3 +219,16 @@ def test_a_film_is_refused_before_any_work(tmp_path, out, options, words):
     with pytest.raises(fs.InputError, match=words):
         fs.film(scenario, tmp_path / out, **options)
     assert os.listdir(tmp_path) == []
+
+
+def test_a_folder_takes_frames_where_nothing_around_it_may_be_written(tmp_path, monkeypatch):
+    """As one that is another disk's."""
+    target = tmp_path / "frames"
+    target.mkdir()
+    made = []
+    real = os.replace
+    monkeypatch.setattr(os, "replace", lambda one, other: (made.append(one), real(one, other)))
+    filmed(target)
+    assert len(made) == 2
+    assert all(target in path.parents for path in made)
+    assert sorted(os.listdir(target)) == ["frame_0000.png", "frame_0001.png"]

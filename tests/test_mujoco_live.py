@@ -74,7 +74,7 @@ def assert_alike(found, wanted):
 
 @pytest.mark.parametrize("change", CHANGES)
 @pytest.mark.parametrize(
-    ("accuracy", "native"), [("points", True), ("geoms", True), ("points", False), ("torque", False)]
+    ("accuracy", "native"), [("points", True), ("geoms", False), ("points", False), ("torque", False)]
 )
 def test_changes_are_seen_by_steps_questions_and_entering(accuracy, native, change):
     options = {"accuracy": accuracy, "contact": LAW, "native": native}

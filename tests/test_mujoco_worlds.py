@@ -218,3 +218,13 @@ def test_the_lander_needs_gymnasium():
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert "pip install 'fieldsim[gym]'" in done.stdout
+
+
+@pytest.mark.parametrize("value", [None, "x", [1.0], [np.nan] * 4, np.zeros((4, 1))])
+def test_the_lander_takes_no_bad_action(value):
+    lander = pytest.importorskip("fieldsim.mujoco.lander").DonutLander()
+    lander.reset(seed=1)
+    with pytest.raises(fs.InputError, match=r"DonutLander\.step: action"):
+        lander.step(value)
+    with pytest.raises(fs.InputError, match=r"DonutLander\.reset: seed"):
+        lander.reset(seed="x")

@@ -8,7 +8,7 @@ import warnings
 
 import click
 
-from fieldsim import interrupts
+from fieldsim import interrupts, validate
 from fieldsim import scenario as scenarios
 from fieldsim.cli_compare import compare_command, compare_options
 from fieldsim.cli_film import film_command, film_options
@@ -44,6 +44,8 @@ def main(build=None, argv=None) -> None:
     Ends the process: status 0, 1 after a failure, 2 for wrong usage, 130 after an interrupt, 143 and 129 after SIGTERM
     and SIGHUP, which end a run in the same way.
     """
+    validate.optional(validate.function, "main", "build", build)
+    argv = validate.optional(validate.instances, "main", "argv", argv, str, "give a list of strings")
     if build is not None and scenarios.being_loaded():
         return
     with interrupts.heard("SIGINT", "SIGTERM", "SIGHUP"):

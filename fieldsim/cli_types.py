@@ -14,7 +14,7 @@ class Size(click.ParamType):
 
     def convert(self, value, param, ctx):
         """The value of what was written."""
-        from fieldsim.render.video import checked_size
+        from fieldsim import validate
 
         if isinstance(value, tuple):
             return value
@@ -22,7 +22,7 @@ class Size(click.ParamType):
         if not found:
             self.fail(f"{value!r} is no size; write it like 640x360", param, ctx)
         try:
-            return checked_size("frame", (int(found[1]), int(found[2])))
+            return validate.size("frame", (int(found[1]), int(found[2])))
         except InputError as error:
             self.fail(str(error), param, ctx)
 

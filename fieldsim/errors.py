@@ -12,6 +12,10 @@ class InputError(FieldsimError, ValueError):
     """A value that a user gave cannot be used."""
 
 
+class OperandError(InputError, TypeError):
+    """Two things that an operator such as + cannot take together."""
+
+
 class PortableError(FieldsimError, TypeError):
     """A portable function uses something that a compilation target lacks."""
 

@@ -9,18 +9,33 @@ import warnings
 
 import numpy as np
 
-from fieldsim import interrupts, launch
+from fieldsim import interrupts, launch, validate
 from fieldsim.dynamics.auto import integrator_of
 from fieldsim.dynamics.energy_log import EnergyLog, EnergyReport
 from fieldsim.errors import FieldsimWarning, InputError
+from fieldsim.launch import device_named
 from fieldsim.recording import Recorded, Recording, about_run
-from fieldsim.render.image import Renderer
-from fieldsim.render.layers import LayerPictures
-from fieldsim.render.video import Film, checked_size
+from fieldsim.render.image import QUALITIES, Renderer
+from fieldsim.render.layers import LAYERS, LayerPictures
+from fieldsim.render.solids_skeleton import MODES
+from fieldsim.render.video import Film
 from fieldsim.scenario import Scenario
 from fieldsim.world.motion import timeline
 
 SIZE = (640, 360)
+
+# What `film` may be given, or None, and how it is checked.
+CHECKS = {
+    "fps": (validate.number, {"above": 0.0}),
+    "duration": (validate.number, {"above": 0.0}),
+    "quality": (validate.choice, {"choices": QUALITIES}),
+    "record": (validate.path, {}),
+    "replay": (validate.path, {}),
+    "mode": (validate.choice, {"choices": MODES}),
+    "layer": (validate.choice, {"choices": LAYERS}),
+    "beside": (validate.function, {}),
+    "watch": (validate.function, {}),
+}
 
 # A load of kernels that takes longer than this compiles them.
 COMPILING = 2.0
@@ -102,10 +117,6 @@ def _short(number):
     return f"{number:.3g}"
 
 
-def _unwatched(done, count):
-    pass
-
-
 @interrupts.obeyed()
 def film(
     scenario: Scenario,
@@ -123,7 +134,7 @@ def film(
     mode: str | None = None,
     layer: str | None = None,
     beside=None,
-    watch=_unwatched,
+    watch=None,
 ) -> Report:
     """Film `scenario` into `out` (see `Film` for what its ending means) and say what it took.
 
@@ -141,13 +152,21 @@ def film(
     A film that fails or is interrupted under way keeps the frames and snapshots so far, beside what was there before
     (see `Film` and `Recording`), and the error says where.
     """
+    validate.instance("film", "scenario", scenario, Scenario, "give a fs.Scenario")
+    preview = validate.flag("film", "preview", preview)
+    given = (fps, duration, quality, record, replay, mode, layer, beside, watch)
+    fps, duration, quality, record, replay, mode, layer, beside, watch = (
+        validate.optional(check, "film", name, value, **limits)
+        for (name, (check, limits)), value in zip(CHECKS.items(), given, strict=True)
+    )
     recorded = _recorded(replay, scenario, record, integrator, duration) if replay else None
     if integrator is not None:
         scenario = dataclasses.replace(scenario, integrator=integrator)
     if fps is None:
         fps = recorded.fps if recorded else min(10.0, scenario.fps) if preview else scenario.fps
-    width, height = checked_size("film", size or (tuple(n // 2 for n in SIZE) if preview else SIZE))
+    size = (tuple(n // 2 for n in SIZE) if preview else SIZE) if size is None else validate.size("film", size)
     # Names and rates that cannot be are refused before any work.
+    width, height = size
     frame = (2 * width if beside else width), height
     Film(out, frame, fps)
     quality = quality or ("draft" if preview else "final")
@@ -155,6 +174,7 @@ def film(
         times = recorded.times[recorded.times < (np.inf if duration is None else duration)].tolist()
     else:
         times = timeline(scenario.duration if duration is None else duration, fps)
+    device_named(device)
     world = scenario.shown
     if not world.particles and not world.shapes and all(body.surface is None for body in world.bodies):
         words = "nothing to see: no body has a surface, and there are no particles; give a body a surface=fs.Material()"
@@ -168,7 +188,7 @@ def film(
         report = Report(target.path, target.size, 1 if target.still else len(times))
         renderer = Renderer((width, height), quality, device, mode=mode or "soft")
         pictures = LayerPictures(renderer, layer) if layer else renderer
-        other = beside((width, height)) if beside else None
+        other = validate.answer("film", "beside", beside, size) if beside else None
         exposures = 1 if layer or recorded else _exposures(scenario.camera, times, fps, renderer)
         moments = _snapshots(scenario, _exposed(scenario.camera, times, exposures), device, report)
         if recorded:
@@ -185,7 +205,8 @@ def film(
                         image = np.hstack([image, other.frame(snapshots[0], scenario.camera)])
                 with report.writing.running():
                     target.write(image)
-            watch(done, len(times))
+            if watch:
+                validate.answer("film", "watch", watch, done, len(times))
     report.rays = renderer.rays
     report.seconds = time.perf_counter() - begun
     return report

@@ -64,9 +64,10 @@ def section(x, y, colors=None, *, labels=("", ""), title="", color_label="", siz
     validate.text(owner, "title", title)
     validate.text(owner, "color_label", color_label)
     drawing, axes = _axes(size, *labels)
-    points = axes.scatter(x, y, c=colors, cmap=COLORS, s=1.2, lw=0, rasterized=True)
+    tones = {} if colors is None else {"c": colors, "cmap": COLORS}
+    points = axes.scatter(x, y, **tones, s=1.2, lw=0, rasterized=True)
     axes.set_title(title)
-    if color_label:
+    if color_label and tones:
         drawing.colorbar(points, label=color_label)
     return drawing
 

@@ -10,6 +10,7 @@ its scenario, parameters, integrator, frames per second, duration and the versio
 import importlib.metadata
 import json
 import zipfile
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -44,7 +45,7 @@ class Recording(Uncopied):
         self._about = _json(validate.instance("Recording", "about", about or {}, dict, "give a dict"))
         self._planned = None if planned is None else validate.whole("Recording", "planned", planned, at_least=0)
         if path.suffix != ".npz":
-            raise InputError(f"Recording: {str(path)!r} should end in .npz")
+            raise InputError(f"Recording: path is {str(path)!r}; it should end in .npz")
         self.path = files.checked_target("Recording", path)
         self.count = 0
         self._part = self._file = self._last = None
@@ -256,6 +257,7 @@ class Recorded:
         with np.errstate(over="ignore"):
             return self.snapshot(int(np.argmin(np.abs(self.times - time))), world)
 
-    def snapshots(self, world: World):
+    def snapshots(self, world: World) -> Iterator[Snapshot]:
         """All snapshots in turn."""
+        validate.instance("Recorded.snapshots", "world", world, World, "give a fs.World")
         return (self.snapshot(index, world) for index in range(len(self)))

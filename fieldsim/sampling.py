@@ -165,7 +165,7 @@ def _count(owner, count):
 
 
 def _generator(owner, seed):
-    return np.random.default_rng(validate.whole(owner, "seed", seed, at_least=0))
+    return np.random.default_rng(validate.seed(owner, seed))
 
 
 def _range(owner, radius, **limits):

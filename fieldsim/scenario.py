@@ -8,6 +8,7 @@ import difflib
 import functools
 import inspect
 import linecache
+import os
 import pathlib
 import re
 import sys
@@ -90,9 +91,9 @@ class Parameter:
 def find(name: str) -> pathlib.Path:
     """The script of a scenario given by its path, or by its bare name in the folder `scenarios`."""
     path = pathlib.Path(name)
-    if path.is_file():
+    if os.path.isfile(path):
         return path
-    if path.name == name and (FOLDER / f"{name}.py").is_file():
+    if path.name == name and os.path.isfile(FOLDER / f"{name}.py"):
         return FOLDER / f"{name}.py"
     known = {script.stem: str(script) for script in available()}
     near = difflib.get_close_matches(path.stem, known, n=3, cutoff=0.5)
@@ -102,7 +103,7 @@ def find(name: str) -> pathlib.Path:
         advice = f"in {FOLDER}/ there are " + ", ".join(known)
     else:
         advice = f"give the path of a script, or a name in the folder {FOLDER}/ (there is none here)"
-    raise ScenarioError(f"no scenario {name!r}: {advice}")
+    raise ScenarioError(f"no scenario {name!r}; {advice}")
 
 
 def available() -> list[pathlib.Path]:
@@ -124,7 +125,7 @@ def load(name: str):
 
     Raises ScenarioError when there is none, or the script fails.
     """
-    path = find(str(name))
+    path = find(str(validate.path("load", "name", name)))
     module = types.ModuleType(f"scenario_{path.stem}")
     module.__file__ = str(path)
     try:

@@ -69,6 +69,11 @@ def whole(owner: str, name: str, value, *, at_least=None, at_most=None) -> int:
     return int(value) if isinstance(value, int | np.integer) else int(result)
 
 
+def seed(owner: str, value) -> int:
+    """`value` as a seed of random numbers."""
+    return whole(owner, "seed", value, at_least=0, at_most=2**63)
+
+
 def size(owner: str, value, name: str = "size") -> tuple[int, int]:
     """`value` as (width, height) in pixels, whole numbers from 1 to 16384."""
     remedy = "give (width, height) in pixels, two whole numbers"
@@ -143,8 +148,8 @@ def instances(owner: str, name: str, value, kinds, remedy: str) -> tuple:
     """`value`, a sequence (no single one) of instances of `kinds`, as a tuple."""
     if isinstance(value, kinds) and not isinstance(value, str):
         raise InputError(f"{owner}: {name} is {shown(value)}; give a list of such, [...]")
-    if isinstance(value, str | bytes | dict | set):
-        raise InputError(f"{owner}: {name} is {shown(value)}; {remedy}")
+    if isinstance(value, np.ndarray):
+        raise InputError(f"{owner}: {name} is an array; {remedy}")
     items = listed(owner, name, value, remedy)
     for index, item in enumerate(items):
         instance(owner, f"{name}[{index}]", item, kinds, remedy)
@@ -154,14 +159,20 @@ def instances(owner: str, name: str, value, kinds, remedy: str) -> tuple:
 def listed(owner: str, name: str, value, remedy: str = "give a list") -> tuple:
     """The items of an iterable `value` as a tuple."""
     try:
+        if isinstance(value, str | bytes | dict):
+            raise TypeError  # whose items are something else
         return tuple(value)
     except Exception:
         raise InputError(f"{owner}: {name} is {shown(value)}; {remedy}") from None
 
 
 def iterator(owner: str, name: str, value, remedy: str = "give a list"):
-    """An iterator over `value`, which may be one without end."""
+    """An iterator over the numbers `value`, maybe one without end, whose items are still to be checked."""
+    if isinstance(value, np.ndarray | list | tuple):
+        numbers(owner, name, value, shape=(None,), remedy=remedy)
     try:
+        if isinstance(value, str | bytes | dict | set | np.void):
+            raise TypeError
         return iter(value)
     except Exception:
         raise InputError(f"{owner}: {name} is {shown(value)}; {remedy}") from None
@@ -330,11 +341,20 @@ def at_time(owner: str, make, values: dict, time: float):
                 raise InputError(f"{owner}: {name} is {shown(value)}; give a value, no function in its turn")
         return make(**(values | given))
     except InputError as reason:
+        if getattr(reason, "located", False):
+            raise
         blamed = [name for name in functions if f" {name}" in str(reason)] or list(functions)
         if not blamed:
             raise
         givers = ", ".join(_defined(functions[name]) for name in blamed)
-        raise InputError(f"{reason} (at time {time:g}, from {givers})") from None
+        raise _located(f"{reason} (at time {time:g}, from {givers})") from None
+
+
+def _located(words):
+    """An InputError that names the user's line."""
+    error = InputError(words)
+    error.located = True
+    return error
 
 
 def _defined(function):
@@ -349,16 +369,17 @@ def answer(owner: str, name: str, function, *arguments):
     """`function(*arguments)` of a user's own function; what it raises becomes an InputError naming the user's line."""
     try:
         return function(*arguments)
-    except FieldsimError:
-        raise
     except (Exception, SystemExit) as error:
         frames = [f for f in traceback.extract_tb(error.__traceback__) if not f.filename.startswith(_PACKAGE)]
+        ours = isinstance(error, FieldsimError)
+        # What a function of fieldsim itself says, or one within another, stays as it is.
+        if ours and (not frames or getattr(error, "located", False)):
+            raise
         # The innermost line of the user's own file, not of a package that it calls.
         own = [f for f in frames if f.filename == frames[0].filename]
         where = (
             f"{os.path.basename(own[-1].filename)}:{own[-1].lineno} in {own[-1].name}" if own else _defined(function)
         )
         given = ", ".join(f"{a:g}" if isinstance(a, float) else shown(a) for a in arguments)
-        raise InputError(
-            f"{owner}: {name}, a function, failed at {given}: {type(error).__name__}: {error}; see {where}"
-        ) from error
+        kind = "" if ours else f"{type(error).__name__}: "
+        raise _located(f"{owner}: {name}, a function, failed at {given}: {kind}{error}; see {where}") from error

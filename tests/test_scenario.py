@@ -56,12 +56,12 @@ def test_found_by_path_and_by_name(script):
 
 
 def test_unknown_scenarios_name_near_ones(script):
-    with pytest.raises(ScenarioError, match=r"no scenario 'x': .*there is none here"):
+    with pytest.raises(ScenarioError, match=r"no scenario 'x'; .*there is none here"):
         scenario.find("x")
     script("def build(): pass")
-    with pytest.raises(ScenarioError, match=r"no scenario 'plant': did you mean planet\?"):
+    with pytest.raises(ScenarioError, match=r"no scenario 'plant'; did you mean planet\?"):
         scenario.load("plant")
-    with pytest.raises(ScenarioError, match="no scenario 'x': in scenarios/ there are planet"):
+    with pytest.raises(ScenarioError, match="no scenario 'x'; in scenarios/ there are planet"):
         scenario.find("x")
 
 

@@ -59,7 +59,7 @@ def lyapunov(
     # As many as phase space has dimensions.
     count = validate.whole("lyapunov", "count", count, at_least=1, at_most=6)
     samples = validate.whole("lyapunov", "samples", samples, at_least=1, at_most=MOST_SAMPLES)
-    seed = validate.whole("lyapunov", "seed", seed, at_least=0)
+    seed = validate.seed("lyapunov", seed)
     threads = checked_threads("lyapunov", threads)
     integrator = splitting_for("lyapunov", integrator)
     if any(integrator.gradients):

@@ -161,7 +161,9 @@ class Simulation(Uncopied):
         """Run to the time `until` in equal steps, at most the integrator's dt long, the last landing on it exactly."""
         until = validate.number("Simulation.advance", "until", until)
         if until < self.time:
-            raise InputError(f"Simulation.advance: until is {until:g}, before the present time {self.time:g}")
+            raise InputError(
+                f"Simulation.advance: until is {until:g}, before the present time {self.time:g}; give a later one"
+            )
         self._refuse_changes()
         if self.radau:
             self.radau.advance(until)

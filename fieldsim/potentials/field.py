@@ -8,7 +8,7 @@ import numpy as np
 import warp as wp
 
 from fieldsim import launch, validate
-from fieldsim.errors import InputError
+from fieldsim.errors import InputError, OperandError
 from fieldsim.potentials import cells
 from fieldsim.potentials.kernels import Kernel, Newtonian
 from fieldsim.potentials.mesh import TriangleMesh
@@ -45,12 +45,15 @@ class Field:
     def of_terms(cls, terms, packed=()) -> "Field":
         """A field of given terms and packed elements."""
         field = cls.__new__(cls)
-        field.terms, field.packed = tuple(terms), tuple(packed)
+        field.terms = validate.instances("Field.of_terms", "terms", terms, Term, "give those of other fields")
+        remedy = "give those of other fields"
+        field.packed = validate.instances("Field.of_terms", "packed", packed, cells.Elements, remedy)
         return field
 
     @classmethod
     def of_elements(cls, elements: cells.Elements) -> "Field":
         """A field of packed elements."""
+        validate.instance("Field.of_elements", "elements", elements, cells.Elements, "give field.elements of another")
         return cls.of_terms((), (elements,))
 
     @property
@@ -144,17 +147,15 @@ class Field:
         return {}
 
     def __add__(self, other):
-        if not isinstance(other, Field):
-            return NotImplemented
+        _refuse_operand("the other summand", other, Field, "another fs.Field")
         return Field.of_terms(self.terms + other.terms, self.packed + other.packed)
 
     def __radd__(self, other):
         # sum() starts at 0.
-        return self if isinstance(other, int) and other == 0 else NotImplemented
+        return self if isinstance(other, int) and other == 0 else self + other
 
     def __mul__(self, factor):
-        if not isinstance(factor, numbers.Real):
-            return NotImplemented
+        _refuse_operand("factor", factor, numbers.Real, "a number")
         factor = validate.number("Field", "factor", factor)
         return Field.of_terms((term.scaled(factor) for term in self.terms), (e.scaled(factor) for e in self.packed))
 
@@ -164,7 +165,8 @@ class Field:
         return -1.0 * self
 
     def __sub__(self, other):
-        return self + -other if isinstance(other, Field) else NotImplemented
+        _refuse_operand("the other", other, Field, "another fs.Field")
+        return self + -other
 
     def __repr__(self):
         return f"<Field of {len(self.terms) + sum(map(len, self.packed))} elements>"
@@ -172,6 +174,11 @@ class Field:
     def __getstate__(self):
         # What was uploaded and packed is made again; a Warp array can be neither pickled nor copied.
         return {"terms": self.terms, "packed": self.packed}
+
+
+def _refuse_operand(name, operand, kind, wanted):
+    if not isinstance(operand, kind):
+        raise OperandError(f"Field: {name} is {validate.shown(operand)}; give {wanted}")
 
 
 @dataclasses.dataclass(frozen=True)

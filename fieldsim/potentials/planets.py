@@ -15,6 +15,8 @@ from fieldsim.potentials.primitive import Primitive
 from fieldsim.potentials.segment import Segment
 from fieldsim.potentials.triangle import Triangle
 
+# A length whose square is finite.
+LONGEST = 1e100
 ORIGIN = (0.0, 0.0, 0.0)
 UP = (0.0, 0.0, 1.0)
 
@@ -130,7 +132,7 @@ def brick(size=(1.0, 1.0, 1.0), *, center=ORIGIN) -> tuple[Triangle, ...]:
 
 
 def _positive(owner, name, value):
-    return validate.number(owner, name, value, above=0.0)
+    return validate.number(owner, name, value, above=0.0, at_most=LONGEST)
 
 
 def _columns(x, y, z=0.0):

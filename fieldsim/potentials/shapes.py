@@ -75,6 +75,8 @@ def fan(owner: str, center, normal, radius, tolerance) -> tuple[Triangle, ...]:
     center = np.array(validate.vector(owner, "center", center))
     normal = np.array(validate.direction(owner, "normal", normal))
     radius = validate.number(owner, "radius", radius, above=0.0)
+    if tolerance is not None and radius > 1e13 * _tolerance(owner, tolerance):
+        raise InputError(f"{owner}: tolerance is {tolerance:g} at radius {radius:g}; give a larger one")
     tolerance = 1e-3 * radius if tolerance is None else _tolerance(owner, tolerance)
     rough = math.pi * math.sqrt(radius / tolerance / 3.0)
     validate.bounded(owner, "triangles", rough, MOST_PRIMITIVES, "give a larger tolerance")

@@ -68,7 +68,7 @@ class Film(Uncopied):
         self._target = validate.path("Film", "path", path)
         self.path = os.fspath(path)
         self.fps = validate.number("Film", "fps", fps, at_least=SLOWEST, at_most=FASTEST)
-        self.size = None if size is None else checked_size("Film", size)
+        self.size = None if size is None else validate.size("Film", size)
         self.planned = None if planned is None else validate.whole("Film", "planned", planned, at_least=0)
         self.frames = 0
         self._format = _format_of(self.path)
@@ -97,7 +97,7 @@ class Film(Uncopied):
         image = validate.array("Film.write", "the image", image, "give (H, W, 3) of uint8")
         if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
             raise InputError(f"Film.write: the image has shape {image.shape} of {image.dtype}; give (H, W, 3) of uint8")
-        size = checked_size("Film.write", image.shape[1::-1])
+        size = validate.size("Film.write", image.shape[1::-1])
         if self.size not in (None, size):
             raise InputError(f"Film.write: the image is {size[0]}x{size[1]}, the film {self.size[0]}x{self.size[1]}")
         self.size = size
@@ -376,24 +376,13 @@ def _format_of(path):
     target = pathlib.PurePath(path)
     folder = path.endswith(("/", os.sep))
     if folder and _is_pattern(target):
-        raise InputError(f"{path}: give a folder without % in its name, or a pattern without a / at its end")
+        raise InputError(f"Film: {path}: give a folder without % in its name, or a pattern without a / at its end")
     if folder or _is_pattern(target) or (not target.suffix and os.path.isdir(path)):
         return _Sequence
     kind = target.suffix.lower()
     if kind == ".png" and "%" in target.name:
-        raise InputError(f"{path}: a numbered sequence is written name_%04d.png; a single picture has no % in its name")
+        raise InputError(f"Film: {path}: a numbered sequence is written name_%04d.png; a single picture has no % in it")
     try:
         return {".mp4": _Mp4, ".gif": _Gif, ".png": _Picture}[kind]
     except KeyError:
-        raise InputError(f"{path}: this ending is not known; give {KNOWN}") from None
-
-
-def checked_size(owner, size) -> tuple[int, int]:
-    """`size` as (width, height), two whole numbers from 1 to 16384."""
-    try:
-        width, height = (validate.whole(owner, "size", n) for n in size)
-    except (TypeError, ValueError):
-        raise InputError(f"{owner}: size is {validate.shown(size)}; give (width, height) in pixels") from None
-    if not (1 <= width <= 16384 and 1 <= height <= 16384):
-        raise InputError(f"{owner}: size is {width}x{height}; give a width and a height from 1 to 16384")
-    return width, height
+        raise InputError(f"Film: {path}: this ending is not known; give {KNOWN}") from None

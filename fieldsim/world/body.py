@@ -89,10 +89,12 @@ class Body:
 
     def gravity_elements(self, time: float) -> cells.Elements:
         """Packed gravity elements at `time`, in the body's frame."""
+        time = validate.number(self.label, "time", time)
         return self._pack_gravity(time) if self.deforming else self._fixed_gravity
 
     def surface_elements(self, time: float) -> cells.Elements:
         """Packed surface elements at `time`, in the body's frame, scaled so that the surface is F = 1."""
+        time = validate.number(self.label, "time", time)
         return self._pack_surface(time) if self.deforming else self._fixed_surface
 
     def surface_field(self, time: float = 0.0) -> Field:
@@ -103,6 +105,7 @@ class Body:
 
     def surface_mesh(self, time: float = 0.0, *, resolution: int | None = None, tolerance: float | None = None):
         """The surface at `time`, alone and in the body's frame, as a closed `TriangleMesh`; see `Field.mesh`."""
+        time = validate.number(self.label, "time", time)
         return self.surface_field(time).mesh(1.0, resolution=resolution, tolerance=tolerance)
 
     @functools.cached_property

@@ -19,12 +19,12 @@ RAYS = ("camera", "shadow", "reflected", "transmitted")
 def rays_named(owner: str, names) -> tuple[str, ...]:
     """Kinds of rays, one or several, each once and in the order of RAYS."""
     remedy = "give some of " + ", ".join(RAYS)
-    names = (names,) if isinstance(names, str) else validate.listed(owner, "visible_to", names, remedy)
+    names = (names,) if isinstance(names, str) else validate.instances(owner, "visible_to", names, str, remedy)
     for name in names:
-        if not isinstance(name, str) or name not in RAYS:
-            near = difflib.get_close_matches(str(name), RAYS, n=1)
+        if name not in RAYS:
+            near = difflib.get_close_matches(name, RAYS, n=1)
             hint = f"did you mean {near[0]!r}?" if near else remedy
-            raise InputError(f"{owner}: visible_to has {validate.shown(name)}; {hint}")
+            raise InputError(f"{owner}: visible_to has {name!r}; {hint}")
     return tuple(ray for ray in RAYS if ray in names)
 
 

@@ -53,7 +53,7 @@ class Pose:
 
     def __matmul__(self, inner: "Pose") -> "Pose":
         """The pose of what has the pose `inner` in the frame of a body that has this one."""
-        validate.instance("Pose", "what stands after @", inner, Pose, "give a fs.Pose")
+        validate.instance("Pose", "inner (what stands after @)", inner, Pose, "give a fs.Pose")
         return Pose(tuple(self.apply(inner.position)), tuple(quaternion.product(self.rotation, inner.rotation)))
 
     @property
@@ -232,7 +232,7 @@ MOST_FRAMES = 1_000_000
 
 
 def timeline(seconds: float, fps: float = 30.0) -> list[float]:
-    """The times of the frames of a film: 0, 1/fps, ... below `seconds`. At least one frame, a million at most."""
+    """The times of the frames of a film, 0, 1/fps, ...: round(seconds * fps) of them, at least one, at most a million."""
     seconds = validate.number("timeline", "seconds", seconds, above=0.0)
     fps = validate.number("timeline", "fps", fps, above=0.0)
     validate.bounded("timeline", "frames", seconds * fps, MOST_FRAMES, "give fewer seconds, or fewer frames a second")

@@ -56,7 +56,7 @@ class Rig:
         """The pose of a bone's frame in the body's frame at `time`."""
         time = validate.number("Rig.pose", "time", time)
         if not isinstance(name, str) or name not in self.bones:
-            raise InputError(f"Rig: no bone is called {name!r}; there are {', '.join(self.bones)}")
+            raise InputError(f"Rig: no bone is called {validate.shown(name)}; there are {', '.join(self.bones)}")
         if time != self._time:
             self._time, self._poses = time, {}
         if name not in self._poses:

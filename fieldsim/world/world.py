@@ -161,7 +161,9 @@ class Snapshot:
     def poses_at(self, index: int, times) -> tuple[np.ndarray, np.ndarray]:
         """Rotations (n, 3, 3) and positions (n, 3) of body `index`: those of this moment, at each of the n `times`."""
         self._refuse_misfit()
-        pose, count = self.poses[index], len(times)
+        owner = "Snapshot.poses_at"
+        index = validate.whole(owner, "index", index, at_least=0, at_most=len(self.poses) - 1)
+        pose, count = self.poses[index], len(validate.numbers(owner, "times", times, shape=(None,)))
         return np.broadcast_to(pose.matrix, (count, 3, 3)), np.broadcast_to(pose.position, (count, 3))
 
     @functools.cached_property

@@ -41,6 +41,7 @@ from fieldsim.errors import (
     FieldsimWarning,
     FilmError,
     InputError,
+    OperandError,
     PortableError,
     ScenarioError,
 )
@@ -131,6 +132,7 @@ __all__ = [
     "Omelyan4",
     "Omelyan6",
     "Omelyan8",
+    "OperandError",
     "Particles",
     "Picture",
     "Plane",

@@ -3,11 +3,15 @@
 import dataclasses
 import io
 import pathlib
+import typing
 
 import numpy as np
 
 from fieldsim import files, validate
 from fieldsim.errors import InputError
+
+if typing.TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 DPI = 100
 SIZE = (960, 720)
@@ -15,7 +19,7 @@ COLORS = "turbo"
 KINDS = (".png", ".svg", ".pdf")
 
 
-def figure(size=SIZE):
+def figure(size=SIZE) -> "Figure":
     """A matplotlib Figure of size (width, height) pixels, for files only: no window, no global state."""
     try:
         from matplotlib.figure import Figure
@@ -25,7 +29,7 @@ def figure(size=SIZE):
     return Figure(figsize=(width / DPI, height / DPI), dpi=DPI, layout="constrained")
 
 
-def energy(log, size=SIZE):
+def energy(log, size=SIZE) -> "Figure":
     """How what an `EnergyLog` follows drifted: largest and rms over the particles, and all totals, against time."""
     validate.having("plots.energy", "log", log, ("history", "totals", "invariant"), "give a fs.EnergyLog")
     drawing, axes = _axes(size, "time", "relative drift")
@@ -40,7 +44,7 @@ def energy(log, size=SIZE):
     return drawing
 
 
-def orbits(positions, plane: str = "xy", size=SIZE):
+def orbits(positions, plane: str = "xy", size=SIZE) -> "Figure":
     """Paths of particles, positions (T, N, 3), projected on the plane "xy", "xz" or "yz"."""
     validate.choice("plots.orbits", "plane", plane, ("xy", "xz", "yz"))
     positions = validate.numbers("plots.orbits", "positions", positions, shape=(None, None, 3))
@@ -51,7 +55,7 @@ def orbits(positions, plane: str = "xy", size=SIZE):
     return drawing
 
 
-def section(x, y, colors=None, *, labels=("", ""), title="", color_label="", size=SIZE):
+def section(x, y, colors=None, *, labels=("", ""), title="", color_label="", size=SIZE) -> "Figure":
     """Points of a Poincare section at (x, y), each (M,), coloured by `colors` (M,)."""
     owner = "plots.section"
     x = validate.numbers(owner, "x", x, shape=(None,))
@@ -72,7 +76,7 @@ def section(x, y, colors=None, *, labels=("", ""), title="", color_label="", siz
     return drawing
 
 
-def lyapunov(result, size=SIZE):
+def lyapunov(result, size=SIZE) -> "Figure":
     """How the largest exponents of a `Lyapunov` converge, one line per particle."""
     validate.having("plots.lyapunov", "result", result, ("times", "exponents"), "give what fs.lyapunov returned")
     drawing, axes = _axes(size, "time", "largest Lyapunov exponent so far")

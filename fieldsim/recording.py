@@ -42,7 +42,8 @@ class Recording(Uncopied):
 
     def __init__(self, path, about: dict | None = None, *, planned: int | None = None):
         path = validate.path("Recording", "path", path)
-        self._about = _json(validate.instance("Recording", "about", about or {}, dict, "give a dict"))
+        about = {} if about is None else about
+        self._about = _json(validate.instance("Recording", "about", about, dict, "give a dict"))
         self._planned = None if planned is None else validate.whole("Recording", "planned", planned, at_least=0)
         if path.suffix != ".npz":
             raise InputError(f"Recording: path is {str(path)!r}; it should end in .npz")
@@ -198,6 +199,8 @@ class Recorded:
 
     def differences(self, scenario) -> list[str]:
         """Words on what the scenario has in another way than the run that was recorded: its name and parameters."""
+        remedy = "give a fs.Scenario"
+        validate.having("Recorded.differences", "scenario", scenario, ("name", "parameters", "world"), remedy)
         known, words = self.about, []
         if scenario.name and known.get("scenario") not in (None, "", scenario.name):
             words.append(f"it is of the scenario {_told(known['scenario'])}, here it is {scenario.name}")

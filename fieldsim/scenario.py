@@ -15,6 +15,7 @@ import sys
 import traceback
 import types
 import typing
+from collections.abc import Callable
 
 from fieldsim import validate
 from fieldsim.dynamics.auto import integrator_of
@@ -62,7 +63,7 @@ class Scenario:
         """The world that its snapshots are of."""
         return self.world
 
-    def begin(self, device: str | None = None):
+    def begin(self, device: str | None = None) -> tuple[Simulation, EnergyLog] | tuple[None, None]:
         """A run from the start, with `advance(time)` and `snapshot()`, and the log of its energy.
 
         None and None where nothing is moved by forces: `shown.at(time)` then knows every moment.
@@ -120,7 +121,7 @@ def summary(path) -> str:
     return (text or "").partition("\n")[0]
 
 
-def load(name: str):
+def load(name: str) -> Callable:
     """The function `build` of the scenario script with this path or bare name.
 
     Raises ScenarioError when there is none, or the script fails.

@@ -76,13 +76,13 @@ def seed(owner: str, value) -> int:
 
 def size(owner: str, value, name: str = "size") -> tuple[int, int]:
     """`value` as (width, height) in pixels, whole numbers from 1 to 16384."""
-    remedy = "give (width, height) in pixels, two whole numbers"
-    if isinstance(value, set | dict | str | bytes) or len(pair := listed(owner, name, value, remedy)) != 2:
-        raise InputError(f"{owner}: {name} is {shown(value)}; {remedy}")
-    width, height = (
-        whole(owner, f"{name}, its {side},", n, at_least=1, at_most=16384)
-        for side, n in zip(("width", "height"), pair, strict=True)
-    )
+    remedy = "give (width, height) in pixels, two whole numbers from 1 to 16384"
+    try:
+        width, height = (whole(owner, name, n, at_least=1, at_most=16384) for n in listed(owner, name, value))
+        if isinstance(value, set):
+            raise TypeError  # which has no order
+    except (TypeError, ValueError):
+        raise InputError(f"{owner}: {name} is {shown(value)}; {remedy}") from None
     return width, height
 
 

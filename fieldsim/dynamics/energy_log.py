@@ -128,7 +128,7 @@ class EnergyLog(Uncopied):
         now = energy(self._simulation.snapshot())
         return np.maximum(now.kinetic + np.abs(now.potential), np.finfo(float).tiny)
 
-    def measured(self):
+    def measured(self) -> tuple:
         """What a manoeuvre may change: the totals, and of the particles the invariants and which of them are judged."""
         totals = [total.measured() for total in self.totals]
         return totals, (self._values(), self._judged) if self.judging else None

@@ -84,23 +84,23 @@ class Field:
         )
         return cells.concatenate([own, *self.packed]).grouped()[0] if self.packed else own
 
-    def value(self, points):
+    def value(self, points) -> float | np.ndarray | wp.array:
         """F at `points`: (N, 3) -> (N,); (3,) -> float. Cheaper than with the gradient."""
         return self._evaluate(points, 0)[0]
 
-    def gradient(self, points):
+    def gradient(self, points) -> np.ndarray | wp.array:
         """The gradient of F: (N, 3) -> (N, 3); (3,) -> (3,)."""
         return self._evaluate(points, 1)[1]
 
-    def hessian(self, points):
+    def hessian(self, points) -> np.ndarray | wp.array:
         """The matrix of second derivatives of F: (N, 3) -> (N, 3, 3), symmetric; (3,) -> (3, 3)."""
         return self._evaluate(points, 2)[2]
 
-    def value_and_gradient(self, points):
+    def value_and_gradient(self, points) -> tuple:
         """F and its gradient in one evaluation."""
         return self._evaluate(points, 1)
 
-    def mesh(self, level: float, *, resolution: int | None = None, tolerance: float | None = None):
+    def mesh(self, level: float, *, resolution: int | None = None, tolerance: float | None = None) -> TriangleMesh:
         """The surface F = level as a closed `TriangleMesh`, its vertices on the true surface (extra `mesh`).
 
         resolution: grid cells along its longest side, 64 unless told; or tolerance: greatest distance of the mesh from
@@ -146,25 +146,25 @@ class Field:
     def _uploaded(self):
         return {}
 
-    def __add__(self, other):
+    def __add__(self, other: "Field") -> "Field":
         _refuse_operand("the other summand", other, Field, "another fs.Field")
         return Field.of_terms(self.terms + other.terms, self.packed + other.packed)
 
-    def __radd__(self, other):
+    def __radd__(self, other) -> "Field":
         # sum() starts at 0.
         return self if isinstance(other, int) and other == 0 else self + other
 
-    def __mul__(self, factor):
+    def __mul__(self, factor: float) -> "Field":
         _refuse_operand("factor", factor, numbers.Real, "a number")
         factor = validate.number("Field", "factor", factor)
         return Field.of_terms((term.scaled(factor) for term in self.terms), (e.scaled(factor) for e in self.packed))
 
     __rmul__ = __mul__
 
-    def __neg__(self):
+    def __neg__(self) -> "Field":
         return -1.0 * self
 
-    def __sub__(self, other):
+    def __sub__(self, other: "Field") -> "Field":
         _refuse_operand("the other", other, Field, "another fs.Field")
         return self + -other
 

@@ -62,14 +62,14 @@ def level_mesh(field, level: float, *, resolution=None, tolerance=None) -> Trian
     for what takes more than two million cells.
     """
     level = validate.number("mesh", "level", level, above=0.0)
+    tolerance = validate.optional(validate.number, "mesh", "tolerance", tolerance, above=0.0)
+    cells = RESOLUTION if resolution is None else resolution
+    cells = validate.whole("mesh", "resolution", cells, at_least=4, at_most=FINEST)
     if resolution is not None and tolerance is not None:
         raise InputError("mesh: resolution and tolerance are both given; give one of them")
-    resolution = RESOLUTION if resolution is None else resolution
-    resolution = validate.whole("mesh", "resolution", resolution, at_least=4, at_most=FINEST)
-    tolerance = validate.optional(validate.number, "mesh", "tolerance", tolerance, above=0.0)
     surface = _Surface(field, level)
     if tolerance is None:
-        return surface.with_cells(resolution)
+        return surface.with_cells(cells)
     return surface.within(tolerance)
 
 
@@ -81,6 +81,10 @@ class _Surface:
         elements = field.elements.scaled(1.0 / level)
         low, high = _box(elements, level)
         side = 1.01 * float(np.max(high - low))
+        if not side > 0.0:
+            raise InputError(
+                f"mesh: the field stays below {level:g}, or its surface is a point to rounding; lower the level"
+            )
         seeds, self._depths = _seeds(elements, self._height, side)
         self._lattice = Tetrahedra(0.5 * (low + high - side), side, self._height, seeds)
         self._find(_widths(elements))

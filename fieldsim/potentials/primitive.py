@@ -56,6 +56,8 @@ class Primitive:
 
         It does where all points lie on the line and all directions along it: a Point, a Segment or a Circle there.
         """
+        point = validate.vector("turns_about", "point", point)
+        axis = validate.direction("turns_about", "axis", axis)
         offsets = np.array([getattr(self, name) for name in self.points]) - point
         along = [np.array(getattr(self, name)) for name in self.directions]
         size = 1e-12 * (np.abs(offsets).max() + np.abs(point).max())

@@ -11,6 +11,7 @@ from fieldsim.errors import InputError
 from fieldsim.potentials import cells
 from fieldsim.potentials.field import Field, skeleton, spread
 from fieldsim.potentials.kernels import Kernel
+from fieldsim.potentials.mesh import TriangleMesh
 from fieldsim.potentials.primitive import Primitive
 from fieldsim.world.color import color_rgb
 from fieldsim.world.contact import LAWS, Absorb, Bounce, Repulsion
@@ -103,7 +104,9 @@ class Body:
             raise InputError(f"Body {self.name or repr(self.skeleton)}: it has no surface; give it a fs.Material")
         return Field.of_elements(self.surface_elements(time))
 
-    def surface_mesh(self, time: float = 0.0, *, resolution: int | None = None, tolerance: float | None = None):
+    def surface_mesh(
+        self, time: float = 0.0, *, resolution: int | None = None, tolerance: float | None = None
+    ) -> TriangleMesh:
         """The surface at `time`, alone and in the body's frame, as a closed `TriangleMesh`; see `Field.mesh`."""
         time = validate.number(self.label, "time", time)
         return self.surface_field(time).mesh(1.0, resolution=resolution, tolerance=tolerance)

@@ -13,7 +13,7 @@ from fieldsim.world.pixels import Pixels
 MOST_SAMPLES = 1 << 14
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, kw_only=True)
 class Light:
     """What lights share: a colour, an intensity, and whether they cast shadows.
 
@@ -38,12 +38,12 @@ class Light:
         return tuple(self.intensity * c for c in color_rgb(type(self).__name__, self.color))
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
+@dataclasses.dataclass(frozen=True)
 class PointLight(Light):
     """A light at a position. radius: of the ball that shines, which softens shadows; 0: a point."""
 
     position: tuple[float, float, float]
-    radius: float = 0.0
+    radius: float = dataclasses.field(default=0.0, kw_only=True)
 
     def __post_init__(self):
         super().__post_init__()
@@ -51,7 +51,7 @@ class PointLight(Light):
         validate.fields(self, validate.vector, "position")
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
+@dataclasses.dataclass(frozen=True)
 class DirectionalLight(Light):
     """A light from far away. direction: the way its rays travel; angle: across which it is seen, in degrees.
 
@@ -59,7 +59,7 @@ class DirectionalLight(Light):
     """
 
     direction: tuple[float, float, float]
-    angle: float = 0.0
+    angle: float = dataclasses.field(default=0.0, kw_only=True)
 
     def __post_init__(self):
         super().__post_init__()

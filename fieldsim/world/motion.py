@@ -95,6 +95,7 @@ class Spin:
 
     def same_line(self, other: "Spin") -> bool:
         """Whether both turn about one line, in either sense, to rounding."""
+        validate.instance("Spin.same_line", "other", other, Spin, "give a fs.Spin")
         axis, apart = np.array(self.axis), np.subtract(self.center, other.center)
         size = max(np.abs(self.center).max(), np.abs(other.center).max())
         aligned = np.linalg.norm(np.cross(axis, other.axis)) <= SAME
@@ -102,6 +103,7 @@ class Spin:
 
     def same_as(self, other: "Spin") -> bool:
         """Whether both are one turning motion, however they are written and whatever their phases, to rounding."""
+        validate.instance("Spin.same_as", "other", other, Spin, "give a fs.Spin")
         if not self.rate and not other.rate:
             return True
         rate = math.copysign(other.rate, other.rate * np.dot(self.axis, other.axis))
@@ -133,7 +135,7 @@ class Keyframes:
         if self.rotations is not None:
             self._turns = [_turn(p, q) for p, q in itertools.pairwise(self.rotations)]
 
-    def __call__(self, time: float):
+    def __call__(self, time: float) -> float | np.ndarray | Pose:
         """The value at `time`: a float, an array of the keys' shape, or a Pose."""
         k, u, step = self._span(validate.number("Keyframes", "time", time))
         result = self._value(k, u, step)
@@ -232,7 +234,7 @@ MOST_FRAMES = 1_000_000
 
 
 def timeline(seconds: float, fps: float = 30.0) -> list[float]:
-    """The times of the frames of a film, 0, 1/fps, ...: round(seconds * fps) of them, at least one, at most a million."""
+    """The times of a film's frames, 0, 1/fps, ...: round(seconds * fps) of them, at least one, at most a million."""
     seconds = validate.number("timeline", "seconds", seconds, above=0.0)
     fps = validate.number("timeline", "fps", fps, above=0.0)
     validate.bounded("timeline", "frames", seconds * fps, MOST_FRAMES, "give fewer seconds, or fewer frames a second")

@@ -12,6 +12,7 @@ from fieldsim.arrays import kept
 from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.potentials import cells
 from fieldsim.potentials.field import Field
+from fieldsim.potentials.mesh import TriangleMesh
 from fieldsim.world.body import Body, Particles
 from fieldsim.world.color import color_rgb
 from fieldsim.world.light import DEFAULT_LIGHTS, Background, Fog, Light
@@ -191,7 +192,7 @@ class Snapshot:
             raise InputError("Snapshot: no body of the world has a surface; give one a fs.Material")
         return Field.of_elements(elements)
 
-    def surface_mesh(self, *, resolution: int | None = None, tolerance: float | None = None):
+    def surface_mesh(self, *, resolution: int | None = None, tolerance: float | None = None) -> TriangleMesh:
         """The surface of all bodies together as a closed `TriangleMesh`; see `Field.mesh`."""
         return self.surface_field().mesh(1.0, resolution=resolution, tolerance=tolerance)
 

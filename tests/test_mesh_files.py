@@ -101,6 +101,7 @@ SOUND = {
     "solid in a binary.stl": stl(header=b"solid"),
     "text.stl": stl_text(),
     "a.obj": obj(),
+    "marked.obj": b"\xef\xbb\xbf" + obj()[obj().index(b"v ") :],
     "a.off": off(),
     "one line.off": off("COFF 4 4 0"),
     "text.ply": ply(),

@@ -236,3 +236,12 @@ def test_arrays_of_any_byte_order():
     np.testing.assert_array_equal(
         Pixels("it", COLORS.astype(">u2") * 257).linear, Pixels("it", COLORS.astype("<u2") * 257).linear
     )
+
+
+@pytest.mark.parametrize("mode", HELD)
+def test_images_of_pillow_have_the_colours_that_they_show(stored, mode):
+    image = SMOOTH.convert(mode)
+    right = image.convert("RGB")
+    np.testing.assert_array_equal(Pixels("it", image).linear, Pixels("it", np.asarray(right)).linear)
+    with pytest.raises(InputError, match="it: image is of 8193x8192 pixels"):
+        Pixels("it", Image.new("1", (8193, 8192)))

@@ -28,7 +28,8 @@ def read(path: str):
         raise InputError(f"{bad}: its name should end in one of {', '.join(READERS)}; save it as one of them")
     try:
         with open(path, "rb") as file, np.errstate(all="ignore"):
-            vertices, faces = reader(file.read())
+            # Some editors put a mark of three bytes before a text.
+            vertices, faces = reader(file.read().removeprefix(b"\xef\xbb\xbf"))
             return vertices, _checked(vertices, faces)
     except InputError as reason:
         raise InputError(f"{bad}: {reason}") from None

@@ -36,11 +36,11 @@ _TURNS = {
 class Pixels:
     """The pixels of a picture; those of a file are read when they are first asked for.
 
-    image: a path, or an array (H, W, 3), (H, W, 4) (transparency is left out) or (H, W) of grey: uint8, uint16 or sRGB
-    floats in 0..1, from the top. A file is PNG, JPEG, GIF, BMP, TIFF, WebP or PPM, whatever its name; an animation
-    gives its first frame, CMYK becomes RGB without a colour profile, and Exif's orientation is heeded. Raises
-    InputError, in the name of `owner`, for a file that is not there, is no picture or is damaged, for an array of
-    another shape, type or range, and for more than `MOST_PIXELS`.
+    image: a path, an image of Pillow's, or an array (H, W, 3), (H, W, 4) (transparency is left out) or (H, W) of grey:
+    uint8, uint16 or sRGB floats in 0..1, from the top. A file is PNG, JPEG, GIF, BMP, TIFF, WebP or PPM, whatever its
+    name; an animation gives its first frame, CMYK becomes RGB without a colour profile, and Exif's orientation is
+    heeded. Raises InputError, in the name of `owner`, for a file that is not there, is no picture or is damaged, for an
+    array of another shape, type or range, and for more than `MOST_PIXELS`.
     """
 
     def __init__(self, owner: str, image):
@@ -50,6 +50,8 @@ class Pixels:
             if not os.path.isfile(self._path):
                 raise InputError(f"{owner}: there is no image {str(image)!r}; {_REMEDY}")
             _read(owner, self._path, _check)
+        elif isinstance(image, Image.Image):
+            self.linear = _linear(owner, _looked(f"{owner}: image", image, _decoded))
         else:
             self.linear = _linear(owner, image)
 
@@ -79,11 +81,16 @@ def _read(owner, path, look):
             raise InputError(f"{name} is too large; {_smaller()}") from None
         except Exception:  # whatever Pillow raises on what it cannot make sense of
             raise InputError(f"{name} is no picture, or a damaged one; give one of {', '.join(KINDS)}") from None
-        _refuse_large(name, picture.size)
-        try:
-            return look(picture)
-        except Exception as reason:
-            raise InputError(f"{name} {_unreadable(picture, reason)}") from None
+        return _looked(name, picture, look)
+
+
+def _looked(name, picture, look):
+    """What `look` finds in a Pillow image."""
+    _refuse_large(name, picture.size)
+    try:
+        return look(picture)
+    except Exception as reason:
+        raise InputError(f"{name} {_unreadable(picture, reason)}") from None
 
 
 def _unreadable(picture, reason):

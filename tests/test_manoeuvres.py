@@ -277,6 +277,25 @@ def test_bodies_that_come_over_particles_move_them_out():
     assert np.linalg.norm(simulation.positions[1][0] - (0, 5.1, 0)) == pytest.approx(0.4, abs=1e-6)
 
 
+@pytest.mark.parametrize("contact", [fs.Bounce(0.0, friction=1.0), fs.Absorb()])
+def test_what_rested_on_a_body_that_is_set_falls(contact):
+    one = fs.Body(ORIGIN, gravity=LAW, mass=4.0, motion=fs.Rigid(), surface=SKIN)
+    two = fs.Body(ORIGIN, gravity=LAW, mass=4.0, motion=fs.Pose((9, 0, 0)), surface=SKIN)
+    world = world_of(
+        one, two, particles=[([(0, 0, 0.5), (9, 0, 0.5)], np.zeros((2, 3)), {"radius": 0.1, "contact": contact})]
+    )
+    simulation = fs.Simulation(world, fs.Leapfrog(4e-3))
+    simulation.advance(0.5)
+    assert simulation.census()["moving"] == 0
+    simulation.set_body(0, velocity=(0, 0, 0))
+    assert simulation.census()["moving"] == 0
+    simulation.set_body(0, position=(0, 0, -1.5))
+    assert (simulation.states[0] == fs.Status.MOVING).tolist() == [True, False]
+    height = simulation.positions[0][0][2]
+    simulation.advance(0.7)
+    assert simulation.positions[0][0][2] < height - 0.01
+
+
 def test_bodies_are_not_set_into_others():
     bare = fs.Body(fs.Point((0, 6, 0)), gravity=fs.Newtonian())
     simulation = fs.Simulation(bodies(DEEP, bare), fs.Leapfrog(0.01))

@@ -37,6 +37,8 @@ MOST_EVENTS = 50_000_000
 LAUNCH_STEPS = 256
 LAUNCH_WORK = 2_000_000
 LAUNCH_ROWS = 65_536
+# Where the field of the surfaces changes by more, something that rested has lost its ground.
+GROUND = 1e-3
 
 
 class Simulation(Uncopied):
@@ -286,8 +288,8 @@ class Simulation(Uncopied):
             simulation.set_body(1, velocity=(0, 0.5, 0))
 
         index: among the world's bodies. The others are as in `Rigid`; what is not given stays. Contacts get the
-        stiffness that the energy of now asks for (see `Rigid`). Particles stay where they are, but where the body comes
-        over them they are moved out of its surface, with a warning, and start anew.
+        stiffness that the energy of now asks for (see `Rigid`). Particles stay where they are: what rested on the body
+        starts anew, and where it comes over particles they are moved out of its surface, with a warning.
 
         An `EnergyLog` takes into account what the manoeuvre gives. Raises InputError, and changes nothing, for a body
         that does not move freely, and where it would lie in another one or on a bare source.
@@ -312,10 +314,12 @@ class Simulation(Uncopied):
             self._free.refuse_place(start, poses, self.time)
             refuse_particles_on_sources(self.world, poses, self.time, self.positions)
         with self._manoeuvre():
+            before, ground = self._state.x.numpy().copy(), self._ground()
             self._free.put(start, given, self.time)
-            before = self._state.x.numpy().copy()
             x = self._release(wp.clone(self._state.x)).numpy()
-            self._restart((x != before).any(axis=1), x, self._state.v.numpy(), self._balls.spins.numpy())
+            resting = np.isin(self._balls.states.numpy(), (Status.RESTING, Status.ABSORBED))
+            changed = (x != before).any(axis=1) | resting & (np.abs(self._ground() - ground) > GROUND)
+            self._restart(changed, x, self._state.v.numpy(), self._balls.spins.numpy())
             self._state.a = self._pull(self._state.x)
 
     def _restart(self, changed, positions, velocities, spins):
@@ -329,6 +333,14 @@ class Simulation(Uncopied):
         renew(Balls, self._balls, balls, changed, ("spins", "states"))
         if self.radau:
             self.radau.restart(changed, fresh.x, fresh.v, self.time)
+
+    def _ground(self):
+        """The field of the surfaces at the particles' places now, (N,): 1 on the surface."""
+        if not self._surfaces:
+            return np.zeros(self._count)
+        sources = self._surfaces.sources
+        stages = upload(sources, np.array([self.time]), self.device)
+        return field_and_gradient(sources, stages, self._state.x, threads=self.threads)[0].numpy()
 
     def _pull(self, x):
         """Accelerations by the bodies at x, now."""

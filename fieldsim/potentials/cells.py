@@ -30,6 +30,8 @@ POSITIONS = slice(5, 14)
 DIRECTIONS = slice(14, 20)
 OWN = slice(20, 35)
 WIDTH = 35
+# Softenings below this are none: their powers are no numbers.
+BARE = 1e-60
 
 
 @dataclasses.dataclass(frozen=True)
@@ -81,6 +83,7 @@ class Elements:
         """The elements with their strengths multiplied."""
         rows = self.rows.copy()
         rows[:, STRENGTH] *= factor
+        _quiet(rows)
         return dataclasses.replace(self, rows=rows)
 
     def grouped(self) -> tuple["Elements", np.ndarray]:
@@ -108,7 +111,13 @@ def pack(primitives, kernels, strengths, folds=None) -> Elements:
         primitive.pack(rows[row])
     rows[:, STRENGTH] = strengths
     rows[:, FOLD] = 0.0 if folds is None else folds
+    _quiet(rows)
     return Elements(rows, kinds, np.arange(len(kinds))).grouped()[0]
+
+
+def _quiet(rows):
+    """Soften what has no strength: 0 times the infinite field of a bare source is 0, not nan."""
+    rows[(rows[:, STRENGTH] == 0.0) & (rows[:, KERNEL] < BARE), KERNEL] = 1.0
 
 
 def concatenate(parts) -> Elements:

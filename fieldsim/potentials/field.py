@@ -14,6 +14,11 @@ from fieldsim.potentials.kernels import Kernel, Newtonian
 from fieldsim.potentials.mesh import TriangleMesh
 from fieldsim.potentials.primitive import Primitive
 
+# Beyond, squares of distances are of no use.
+FARTHEST = 1e100
+# So many infinite values are looked at.
+TELLING = 32
+
 
 class Field:
     """F(x) = sum of strength_i times the integral of h(|x - y|) dy over primitive i.
@@ -119,7 +124,38 @@ class Field:
         array, single = _host_points(points)
         results = self._evaluate_on_device(wp.array(array, dtype=wp.vec3d, device="cpu"), order)
         results = [result.numpy() for result in results]
+        for name, result in zip(("value", "gradient", "Hessian"), results, strict=False):
+            if not np.isfinite(result).all():
+                self._refuse_nonsense(name, array, result)
         return (float(results[0][0]), *(r[0] for r in results[1:])) if single else tuple(results)
+
+    def _refuse_nonsense(self, name, points, result):
+        """Raise InputError for what is no number, unless it is the infinite value on bare sources of one sign."""
+        rows = result.reshape(len(points), -1)
+        bad = np.flatnonzero((np.isnan(rows) if name == "value" else ~np.isfinite(rows)).any(axis=1))
+        if not bad.size:
+            # A few tell: of many sources and points all would take long.
+            infinite = np.flatnonzero(np.isinf(rows[:, 0]))[:TELLING]
+            bad = [index for index in infinite if not self._on_bare_source(points[index])]
+        for index in bad[:1]:
+            raise InputError(
+                f"Field: its {name} at {tuple(points[index].tolist())} is {np.ravel(result[index]).tolist()}: it "
+                "overflows there, or infinite parts of both signs meet; soften the kernel, move the point, or use "
+                "another unit"
+            )
+
+    def _on_bare_source(self, point):
+        """Whether an element that is infinite on itself passes through a point, to rounding."""
+        from fieldsim.potentials.distances import DISTANCES
+
+        rows = self.elements.rows
+        near = 1e-9 * max(np.abs(point).max(), 1e-300)
+        for cell, which in cells.parts_of(self.elements.kinds):
+            bare = np.arange(len(rows))[which]
+            for i in bare[rows[bare, cells.KERNEL] < cells.BARE]:
+                if cell.primitive in DISTANCES and DISTANCES[cell.primitive](*point.tolist(), rows, i) <= near:
+                    return True
+        return False
 
     def _evaluate_on_device(self, points, order):
         if points.dtype not in (wp.vec3f, wp.vec3d) or points.ndim != 1:
@@ -316,7 +352,14 @@ def _host_points(points):
     """`points` as a checked (N, 3) array, and whether they were a single (3,)."""
     array = validate.reals("Field", "points", points, "give an array of shape (N, 3) or (3,)")
     single = array.shape == (3,)
-    return validate.points("Field", "points", array[None] if single else array), single
+    array = validate.points("Field", "points", array[None] if single else array)
+    if array.size and np.abs(array).max() > FARTHEST:
+        far = array[np.abs(array).max(axis=1).argmax()]
+        raise InputError(
+            f"Field: points has {tuple(far.tolist())}, and squares of such lengths overflow; give coordinates of at "
+            f"most {FARTHEST:g}, in another unit"
+        )
+    return array, single
 
 
 @functools.cache

@@ -3,6 +3,8 @@
 import dataclasses
 
 from fieldsim import validate
+from fieldsim.errors import InputError
+from fieldsim.potentials.primitive import LEAST, MOST
 
 
 @dataclasses.dataclass(frozen=True)
@@ -13,6 +15,12 @@ class Kernel:
         for field in dataclasses.fields(self):
             limit = {"at_least": 0.0} if field.name == "softening" else {"above": 0.0}
             value = validate.number(type(self).__name__, field.name, getattr(self, field.name), **limit)
+            # A softening that small is none.
+            if value > MOST or (value < LEAST and field.name != "softening"):
+                raise InputError(
+                    f"{type(self).__name__}: {field.name} is {value:g}, whose powers no number holds; give one from "
+                    f"{LEAST:g} to {MOST:g}, in another unit"
+                )
             object.__setattr__(self, field.name, value)
 
     @property

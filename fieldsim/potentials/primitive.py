@@ -7,6 +7,10 @@ import typing
 import numpy as np
 
 from fieldsim import validate
+from fieldsim.errors import InputError
+
+# Lengths within which fields are right to rounding: their fourth powers are numbers.
+LEAST, MOST = 1e-60, 1e60
 
 
 @dataclasses.dataclass(frozen=True)
@@ -25,8 +29,29 @@ class Primitive:
     def __post_init__(self):
         if self.animated:
             return
-        for name, value in self._checked().items():
+        with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+            values = self._checked()
+        self._refuse_extremes(values)
+        for name, value in values.items():
             object.__setattr__(self, name, value)
+
+    def _refuse_extremes(self, values):
+        """Raise InputError for lengths whose powers no float holds."""
+        owner = type(self).__name__
+        lengths = {k: v for k, v in values.items() if k not in self.directions and isinstance(v, float | tuple)}
+        for name, value in lengths.items():
+            if max(map(abs, value if isinstance(value, tuple) else (value,))) > MOST:
+                raise InputError(
+                    f"{owner}: {name} is {value}, and powers of such lengths overflow; give lengths of at most "
+                    f"{MOST:g}, in another unit"
+                )
+        corners = [values[name] for name in self.points]
+        size = values.get("radius", max(abs(x - y) for p in corners for x, y in zip(p, corners[0], strict=True)))
+        if (len(corners) > 1 or "radius" in values) and size < LEAST:
+            raise InputError(
+                f"{owner}: its size is {size:g}, whose powers no number holds; give one of at least {LEAST:g}, in "
+                "another unit"
+            )
 
     @property
     def animated(self) -> bool:

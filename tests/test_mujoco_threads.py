@@ -3,6 +3,7 @@
 import copy
 import dataclasses
 import math
+import os
 import subprocess
 import sys
 import threading
@@ -304,3 +305,44 @@ def test_worlds_that_blow_up_are_told_of(tmp_path, monkeypatch):
     with pytest.warns(fs.FieldsimWarning, match=r"1 of 3 worlds blew up, the first is world 1 before its step"):
         states, _ = fs.mujoco.rollout(forces, starts, 5)
     assert np.isfinite(states[[0, 2]]).all()
+
+
+# Runs in a process of its own, that is forked while another thread is in the field.
+FORKED = """
+import os, threading, mujoco, fieldsim as fs
+ball = '<body pos="2 0 0"><freejoint/><geom size=".1"/></body>'
+xml = '<mujoco><option gravity="0 0 0"/><worldbody>' + ball + '</worldbody></mujoco>'
+model = mujoco.MjModel.from_xml_string(xml)
+data = mujoco.MjData(model)
+ring = fs.Body(fs.Circle((0, 0, 0), (0, 0, 1), 1.0), gravity=fs.Newtonian(), motion=lambda time: (0, 0, 0))
+stop = []
+def work():
+    own = mujoco.MjData(model)
+    while not stop:
+        mujoco.mj_step(model, own, 5)
+def child():
+    mujoco.mj_step(model, data, 5)
+    forces.__exit__(None, None, None)
+    with fs.mujoco.FieldForces(model, data, ring):
+        mujoco.mj_step(model, data, 5)
+    os._exit(0 if data.qvel[0] < 0 and mujoco.get_mjcb_passive() is None else 3)
+with fs.mujoco.FieldForces(model, data, ring, native=NATIVE) as forces:
+    thread = threading.Thread(target=work)
+    thread.start()
+    for _ in range(5):
+        process = os.fork()
+        if not process:
+            child()
+        print(os.waitpid(process, 0)[1], end=" ")
+    stop.append(True)
+    thread.join()
+"""
+
+
+@pytest.mark.full
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+@pytest.mark.parametrize("is_native", [True, False])
+def test_a_forked_child_steps_leaves_and_enters(is_native):
+    command = [sys.executable, "-c", FORKED.replace("NATIVE", str(is_native))]
+    result = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    assert result.stdout == "0 0 0 0 0 ", (result.returncode, result.stderr[-1000:])

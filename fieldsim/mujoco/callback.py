@@ -142,8 +142,10 @@ def _act(model: int, data: int, foreign: int) -> None:
 
 
 def _after_a_fork():
+    """In the child no other thread holds a lock, or is at work."""
     global _lock
     _lock = threading.RLock()
+    native.ROWS[:, native.BUSY] = 0
 
 
 if hasattr(os, "register_at_fork"):

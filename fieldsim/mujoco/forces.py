@@ -3,10 +3,12 @@
 import contextlib
 import functools
 import operator
+import os
 import secrets
 import sys
 import threading
 import warnings
+import weakref
 
 import mujoco
 import numpy as np
@@ -104,6 +106,7 @@ class FieldForces(Uncopied):
         self._own_gravity = self._failure = None
         # Guards what one evaluation at a time may use: sources that Python moves, tables, and room to work in.
         self._lock = threading.RLock()
+        _ALL.add(self)
         # Another data of the model, for questions between steps.
         self._scratch = mujoco.MjData(model)
         layout.check(data, compiled.PLACES)
@@ -451,6 +454,7 @@ class FieldForces(Uncopied):
         """The same forces on all that has mass, also where it is fixed or compensated: its weight."""
         whole = shallow(self)
         whole._weighing, whole._outgrown = True, []
+        _ALL.add(whole)
         whole._renew()
         return whole
 
@@ -461,6 +465,19 @@ class FieldForces(Uncopied):
             checks.own_data(self.model, data)
         checks.state(data)
         return data
+
+
+# For a forked child, in which nobody gives back the locks of other threads.
+_ALL = weakref.WeakSet()
+
+
+def _unlocked():
+    for forces in _ALL:
+        forces._lock = threading.RLock()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_unlocked)
 
 
 def _reach(balls):

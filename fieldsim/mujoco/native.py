@@ -44,7 +44,7 @@ HEADER = np.zeros(2, dtype=np.int64)
 # 8-10 see `_strange`.
 ROWS = np.zeros((MOST, 11), dtype=np.int64)
 _HEADER_ADDRESS, _ROWS_ADDRESS = HEADER.ctypes.data, ROWS.ctypes.data
-_MODEL, _MARKED, _SIZES, _ENTRY, _BUSY, _THREAD, _CLOCK, _SIGNED, _TWINS, _HEIRS, _FRESH = range(ROWS.shape[1])
+_MODEL, _MARKED, _SIZES, _ENTRY, BUSY, _THREAD, _CLOCK, _SIGNED, _TWINS, _HEIRS, _FRESH = range(ROWS.shape[1])
 
 
 @numba.njit
@@ -276,7 +276,7 @@ def withdraw(row: int) -> None:
 
 def is_busy(row: int) -> bool:
     """Whether a thread is at work with what the row is, or was just now, of."""
-    return bool(_counted()[0](_ROWS_ADDRESS + 8 * (row * ROWS.shape[1] + _BUSY)))
+    return bool(_counted()[0](_ROWS_ADDRESS + 8 * (row * ROWS.shape[1] + BUSY)))
 
 
 @functools.cache
@@ -292,15 +292,6 @@ def _counted():
 def time_of(data: int) -> float:
     """The time of the mjData at an address."""
     return ctypes.c_double.from_address(data + _TIME).value
-
-
-def _alone_after_a_fork():
-    """In the child no other thread is at work."""
-    ROWS[:, _BUSY] = 0
-
-
-if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_alone_after_a_fork)
 
 
 # Python and MuJoCo, called by native code
@@ -392,7 +383,7 @@ def dispatcher(function):
             _strange(rows, header[0], model, sizes, _double(data + _TIME))
             return
         # The row may be withdrawn just now: its entry holds from here until the count is back.
-        busy = _ROWS_ADDRESS + 8 * (k * width + _BUSY)
+        busy = _ROWS_ADDRESS + 8 * (k * width + BUSY)
         count(busy, 1)
         python, place = False, rows[k, _ENTRY]
         if place != 0:

@@ -121,3 +121,16 @@ def test_times_that_are_none(time):
     ):
         with pytest.raises(fs.InputError, match="time is"):
             thing.at(time)
+
+
+def test_an_error_of_fieldsim_within_a_function_is_located_once():
+    def thrown(time):
+        return fs.Pose((0, 0, math.nan))
+
+    rig = _rig(thrown)
+    leg = rig.carry("thigh", fs.Segment(ORIGIN, (0, 0, -1)))
+    line = inspect.getsourcelines(thrown)[1] + 1
+    for ask in (lambda: _world(motion=thrown).at(0.5), lambda: leg.at(0.5)):
+        with pytest.raises(fs.InputError, match="Pose: position is") as caught:
+            ask()
+        assert str(caught.value).count(f"test_own_functions.py:{line} in thrown") == 1

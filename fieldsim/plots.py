@@ -32,15 +32,19 @@ def figure(size=SIZE) -> "Figure":
 def energy(log, size=SIZE) -> "Figure":
     """How what an `EnergyLog` follows drifted: largest and rms over the particles, and all totals, against time."""
     validate.having("plots.energy", "log", log, ("history", "totals", "invariant"), "give a fs.EnergyLog")
-    drawing, axes = _axes(size, "time", "relative drift")
     history = log.history
+    if not history.times:
+        raise InputError(
+            "plots.energy: the log holds no moment: nothing that moves is judged (see log.report()), or nothing was "
+            "recorded; call log.record() now and then"
+        )
+    drawing, axes = _axes(size, "time", "relative drift")
     lines = [(total.drifts, f"{total.quantity}, {total.whose}") for total in log.totals]
     if history.largest:
         lines += [(history.largest, f"{log.invariant}, largest"), (history.rms, f"{log.invariant}, rms")]
     for drifts, label in lines:
         axes.semilogy(history.times, drifts, label=label)
-    if lines:
-        axes.legend()
+    axes.legend()
     return drawing
 
 

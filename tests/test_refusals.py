@@ -72,6 +72,21 @@ def test_what_is_no_integrator_is_refused(value):
         fs.Simulation(world_with(), value)
 
 
+def test_a_run_keeps_its_method():
+    simulation = fs.Simulation(world_with("pull"), fs.Leapfrog(0.01))
+    simulation.integrator = fs.Omelyan6(0.01)
+    with pytest.raises(fs.InputError, match="its integrator was Leapfrog"):
+        simulation.advance(1.0)
+
+
+def test_a_picture_of_nothing_is_refused():
+    log = fs.EnergyLog(fs.Simulation(world_with()))
+    with pytest.raises(fs.InputError, match=r"plots\.energy: the log holds no moment"):
+        fs.plots.energy(log)
+    log.record()
+    assert len(fs.plots.energy(log).axes[0].get_lines()) == 2
+
+
 # Free bodies in sections and exponents
 
 

@@ -183,7 +183,12 @@ class _Search:
                 f"{self.start.time:g} at a reasonable cost; give a larger tolerance, or soften what the particles pass "
                 "closely"
             )
-        return best if trials else self._ahead(best)
+        return dataclasses.replace(best, until=self._end) if trials else self._ahead(best)
+
+    @property
+    def _end(self):
+        """When a flight ahead ends."""
+        return self.start.time + AHEAD * self.span
 
     def _unmoved(self):
         """Nothing moves, or nothing pulls at the start."""
@@ -211,11 +216,10 @@ class _Search:
             choice = self._best(trials)
             if choice is None:
                 break
-        end = self.start.time + AHEAD * self.span * (1.0 - 1e-9)
         caveat = ""
         if lost:
             caveat = f"after time {kept.until:.4g} it keeps the tolerance no more in a flight ahead"
-        elif kept.until < end:
+        elif kept.until < self._end - 0.5 * self.span / GLANCES:
             caveat = f"a flight ahead would take long, so that what comes after time {kept.until:.4g} is not foreseen"
         return dataclasses.replace(kept, caveat=caveat)
 

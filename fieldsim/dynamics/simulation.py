@@ -92,6 +92,7 @@ class Simulation(Uncopied):
                 advice = "give a longer Auto(span=...), or follow the run with fs.EnergyLog"
                 warnings.warn(f"{self.choice}; {advice}", FieldsimWarning, stacklevel=2)
         refuse_method("Simulation", self.integrator, world)
+        self._method = self.integrator
         self.radau = None
         if isinstance(self.integrator, Radau):
             start = self._state.x, self._state.v, self.time
@@ -151,7 +152,11 @@ class Simulation(Uncopied):
         return self._time
 
     def _refuse_changes(self):
-        """Raise InputError where the world's bodies or particles are no longer those that move."""
+        """Raise InputError where the world's bodies or particles, or the method, are no longer those of the start."""
+        if self.integrator is not self._method:
+            raise InputError(
+                f"Simulation: its integrator was {self._method} and is now {self.integrator!r}; make another Simulation"
+            )
         now = (*self.world.bodies, *self.world.particles)
         if len(now) != len(self._parts) or any(one is not other for one, other in zip(now, self._parts, strict=True)):
             raise InputError(

@@ -23,8 +23,8 @@ class Size(click.ParamType):
             self.fail(f"{value!r} is no size; write it like 640x360", param, ctx)
         try:
             return validate.size("frame", (int(found[1]), int(found[2])))
-        except InputError as error:
-            self.fail(str(error), param, ctx)
+        except InputError:
+            self.fail(f"size is {value}; give a width and a height from 1 to 16384", param, ctx)
 
 
 class Integrator(click.ParamType):

@@ -199,7 +199,7 @@ def test_a_sequence_is_refused_where_it_cannot_be(tmp_path):
         "nowhere/a/": "does not exist",
         "a_%99999999d.png": r"written name_%04d\.png",
         "a_%d_%d.png": r"written name_%04d\.png",
-        "50%.png": r"written name_%04d\.png; a single picture has no % in its name",
+        "50%.png": r"written name_%04d\.png; a single picture has no %",
         "a_%04d.png/": "a folder without %",
     }.items():
         with pytest.raises(InputError, match=words):

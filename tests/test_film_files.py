@@ -152,8 +152,8 @@ def test_sizes_that_no_film_has(tmp_path, size):
     ("image", "words"),
     [
         ([[1, 2], [3]], "rows of different lengths"),
-        (np.zeros((0, 4, 3), np.uint8), "size is 4x0"),
-        (np.broadcast_to(np.uint8(0), (1, 20000, 3)), "size is 20000x1"),
+        (np.zeros((0, 4, 3), np.uint8), r"size is \(4, 0\)"),
+        (np.broadcast_to(np.uint8(0), (1, 20000, 3)), r"size is \(20000, 1\)"),
         (np.ma.masked_array(BLACK, True), "a masked array"),
         (BLACK.astype(np.int8), "of int8"),
         (BLACK[..., :1], r"shape \(18, 32, 1\)"),

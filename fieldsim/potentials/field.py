@@ -106,7 +106,7 @@ class Field:
         return self._evaluate(points, 1)
 
     def mesh(self, level: float, *, resolution: int | None = None, tolerance: float | None = None) -> TriangleMesh:
-        """The surface F = level as a closed `TriangleMesh`, its vertices on the true surface (extra `mesh`).
+        """The surface F = level as a closed `TriangleMesh`, its vertices on the true surface.
 
         resolution: grid cells along its longest side, 64 unless told; or tolerance: greatest distance of the mesh from
         the surface. For fields of positive strengths. Raises InputError where there is no closed surface.

@@ -30,7 +30,7 @@ class Field:
 
     Points are given as a NumPy array (or nested sequence) of shape (N, 3) or (3,), answered in float64, or as a Warp
     array of vec3f or vec3d, answered by Warp arrays on its device in its precision. Raises InputError for misshapen
-    points and, on the host, for coordinates that are not finite.
+    points and, on the host, for coordinates that are not finite or beyond 1e100, and where a result would be nan.
     """
 
     # Elements that were packed elsewhere, summed with the terms: surfaces of bodies, what is placed in the world.

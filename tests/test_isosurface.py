@@ -8,13 +8,13 @@ import pytest
 from fieldsim.errors import InputError
 from fieldsim.potentials import isosurface
 from fieldsim.potentials.circle import Circle
-from fieldsim.potentials.field import Field
+from fieldsim.potentials.field import Field, gravity
 from fieldsim.potentials.kernels import Gaussian, InverseSquare, Newtonian, Quartic
 from fieldsim.potentials.mesh import mesh
 from fieldsim.potentials.plane import Plane
 from fieldsim.potentials.point import Point
 from fieldsim.potentials.segment import Segment
-from fieldsim.potentials.shapes import box
+from fieldsim.potentials.shapes import box, rectangle
 from fieldsim.potentials.solid import solid
 from fieldsim.world.body import Body
 from fieldsim.world.material import Material
@@ -185,3 +185,12 @@ def test_what_has_no_mesh_is_refused(make, words):
 
 def lambda_point():
     return Point(lambda t: (t, 0, 0))
+
+
+@pytest.mark.parametrize("level", [1.0, 2.0])
+def test_a_plate_that_leaves_its_own_surface(level):
+    plate = gravity(rectangle((0, 0, 0), (1, 0, 0), (0, 1, 0)), 1.0)
+    assert plate.value((0.5, 0.5, 0.0)) < 2.0 < plate.value((0, 0, 0.01))
+    found = plate.mesh(level, tolerance=0.02)
+    assert closed(found)
+    np.testing.assert_allclose(plate.value(found.vertices), level, rtol=1e-9)

@@ -33,6 +33,8 @@ FINEST = 512
 CUT = 12.0
 # About so many cells lie around a seed of a surface and of a curve.
 AROUND = (10, 60)
+# Where a skeleton leaves the surface, parts less deep than this share of the deepest are left to the cells around.
+EDGE = 1 / 16
 # How much thinner than its element's own width a part may be.
 THINNEST = 1e-6
 # Cells near an element are no larger than so many times the length over which its field changes.
@@ -205,7 +207,8 @@ class _Surface:
             length = np.linalg.norm(step, axis=1)
             near = np.isfinite(length)
             step[~near] = 0.0
-            step *= np.minimum(1.0, 0.5 * sizes[active] / np.maximum(length, 1e-300))[:, None]
+            most = 0.5 * sizes[active]
+            step *= np.divide(most, length, out=np.ones(len(length)), where=length > most)[:, None]
             points[active] += step
             near &= np.linalg.norm(points[active] - origin[active], axis=1) <= sizes[active]
             done = length <= CLOSE * sizes[active]
@@ -304,6 +307,7 @@ def _seeds(elements, height, side):
     """
     width, own = _lengths(elements, side)
     pieces = _pieces(elements)
+    deepest = np.zeros(len(elements))
     found, depths, count = [np.zeros((0, 3))], [np.zeros(0)], 0
     while len(pieces[0]):
         which, corners = pieces
@@ -312,8 +316,14 @@ def _seeds(elements, height, side):
         most = 2.0 * np.maximum(width, own)[which[inside]]
         enough = width[which].copy()
         enough[inside] = _depths(height, places[inside], most)
-        found.append(places[inside])
-        depths.append(enough[inside])
+        ends = [_places(elements, which, corners[:, k]) for k in range(3)]
+        np.maximum.at(deepest, which[inside], enough[inside])
+        # Where the skeleton leaves the surface it is as thin as one looks, and belongs to what is deeper.
+        leaving = inside & (height(np.concatenate(ends)) < 0.0).reshape(3, -1).any(axis=0)
+        leaving &= enough < EDGE * deepest[which]
+        enough[leaving] = EDGE * deepest[which[leaving]]
+        found.append(places[inside & ~leaving])
+        depths.append(enough[inside & ~leaving])
         flat = np.array([_shape(_primitive(kind)) == 2 for kind in elements.kinds[which[inside]]], dtype=bool)
         count += np.sum(np.where(flat, *AROUND))
         if count > MOST or len(which) > MOST:
@@ -321,7 +331,6 @@ def _seeds(elements, height, side):
             raise InputError(
                 f"mesh: the surface is too thin{thin} for the length of its skeleton; give a lower level, or mesh less"
             )
-        ends = [_places(elements, which, corners[:, k]) for k in range(3)]
         size = np.max([np.linalg.norm(ends[k] - ends[k - 1], axis=1) for k in range(3)], axis=0)
         pieces = _halves(elements, which[size > enough], corners[size > enough])
     return np.concatenate(found), np.concatenate(depths)

@@ -75,7 +75,7 @@ def test_the_mesh_lies_half_outside():
     mesh = PLANET.surface_mesh(resolution=24)
     moved = fs.mujoco.planet_geom(PLANET, kind="mesh", resolution=24).mesh
     tube = 2 * np.pi**2 * 0.25**2
-    assert mesh.volume < 0.985 * tube
+    assert mesh.volume < 0.992 * tube
     assert moved.volume == pytest.approx(tube, rel=5e-3)
 
 

@@ -209,6 +209,12 @@ def _free():
     return fs.Simulation(world)
 
 
+def _log():
+    log = fs.EnergyLog(_simulation())
+    log.record()
+    return log
+
+
 @functools.cache
 def _ready():
     return _simulation()
@@ -654,7 +660,7 @@ CALLS = {
     "planets.pancake": _call(lambda: fs.planets.pancake, radius=1.0, **CENTERED, tolerance=0.1),
     "planets.spiral": _call(lambda: fs.planets.spiral, turns=1.0, radius=1.0, inner=0.1, **CENTERED, tolerance=0.1),
     "planets.star": _call(lambda: fs.planets.star, points=5, radius=1.0, inner=0.5, **CENTERED),
-    "plots.energy": _call(lambda: fs.plots.energy, log=fs.EnergyLog(_simulation()), size=(40, 40)),
+    "plots.energy": _call(lambda: fs.plots.energy, log=_log(), size=(40, 40)),
     "plots.figure": _call(lambda: fs.plots.figure, size=(40, 40)),
     "plots.lyapunov": _call(lambda: fs.plots.lyapunov, result=_lyapunov(), size=(40, 40)),
     "plots.orbits": _call(lambda: fs.plots.orbits, positions=np.zeros((2, 1, 3)), plane="xy", size=(40, 40)),

@@ -17,7 +17,7 @@ from fieldsim.dynamics.state import State
 from fieldsim.dynamics.steps import Method, advance_of, method_of, part_of, particle_at, put
 from fieldsim.errors import InputError
 from fieldsim.launch import checked_threads, launch
-from fieldsim.world.motion import IDENTITY, Spin, pose_at
+from fieldsim.world.motion import Spin
 from fieldsim.world.world import World
 
 # Halvings and Newton steps towards a crossing at most.
@@ -115,12 +115,12 @@ class _Sectioned(Simulation):
 
     def _fly(self, steps, start, dt, gravity):
         tables = method_of(self.integrator, dt, self.device)
-        planes = self._planes(start + dt * np.append(steps, steps[-1] + 1))
+        plane = self._plane(start + dt * np.append(steps, steps[-1] + 1), dt)
         shape = (self._count, len(steps))
         times = wp.full(shape, np.nan, dtype=wp.float64, device=self.device)
         x, v = (wp.empty(shape, dtype=wp.vec3d, device=self.device) for _ in range(2))
         kernel = section_kernel(self._gravity.kinds_used, any(self.integrator.gradients))
-        inputs = [wp.float64(dt), tables, gravity, planes, self.section.direction]
+        inputs = [wp.float64(dt), tables, gravity, plane, self.section.direction]
         launch(
             kernel,
             self._count,
@@ -132,13 +132,16 @@ class _Sectioned(Simulation):
         )
         self._keep(times.numpy(), x.numpy(), v.numpy(), start + dt * steps)
 
-    def _planes(self, times):
-        """The plane at the steps' ends, (n, offset) each: n . x = offset."""
-        poses = [pose_at(self.section.spin or IDENTITY, time) for time in times]
-        normals = np.array([pose.matrix @ self.section.normal for pose in poses])
-        points = np.array([pose.apply(self.section.point) for pose in poses])
-        rows = np.column_stack([normals, np.einsum("ij,ij->i", normals, points)])
-        return wp.array(rows, dtype=wp.vec4d, device=self.device)
+    def _plane(self, times, dt):
+        """The plane at the steps' ends `times`, dt apart."""
+        section, spin = self.section, self.section.spin or Spin(rate=0.0)
+        turns, _places = spin_poses(spin, times)
+        plane = Plane()
+        plane.normals = wp.array(turns @ section.normal, dtype=wp.vec3d, device=self.device)
+        plane.axis, plane.center = wp.vec3d(*spin.axis), wp.vec3d(*spin.center)
+        plane.angle = spin.rate * dt
+        plane.height = float(np.dot(section.normal, np.subtract(section.point, spin.center)))
+        return plane
 
     def _keep(self, fractions, x, v, starts):
         particle, step = np.nonzero(~np.isnan(fractions))
@@ -189,30 +192,43 @@ def quintic_at(q: Quintic, u: wp.float64):
     return position, q.v0 + t * q.a0 + bend / h
 
 
-@wp.func
-def height(x: wp.vec3d, plane: wp.vec4d):
-    """Signed distance of x from the plane."""
-    return wp.dot(x, wp.vec3d(plane[0], plane[1], plane[2])) - plane[3]
+@wp.struct
+class Plane:
+    """A section's plane during a launch: its normals at the steps' ends (steps + 1).
+
+    It turns about `axis` through `center`, by `angle` in a step, and stands at `height` along its normal from there.
+    """
+
+    normals: wp.array(dtype=wp.vec3d)
+    axis: wp.vec3d
+    center: wp.vec3d
+    angle: wp.float64
+    height: wp.float64
 
 
 @wp.func
-def plane_at(first: wp.vec4d, last: wp.vec4d, u: wp.float64):
-    """The plane at the fraction u of a step, its tables interpolated."""
-    return first + u * (last - first)
+def height(x: wp.vec3d, plane: Plane, step: int, u: wp.float64):
+    """Signed distance of x from the plane at the fraction u of a step."""
+    normal = plane.normals[step]
+    across = wp.cross(plane.axis, normal)
+    turn = u * plane.angle
+    half = wp.sin(wp.float64(0.5) * turn)
+    normal = normal + wp.sin(turn) * across + wp.float64(2.0) * half * half * wp.cross(plane.axis, across)
+    return wp.dot(x - plane.center, normal) - plane.height
 
 
 @wp.func
-def crossing(q: Quintic, first: wp.vec4d, last: wp.vec4d):
+def crossing(q: Quintic, plane: Plane, step: int):
     """The fraction of the step at which the path pierces the plane: a bracket, halved until rounding stops it."""
     low = wp.float64(0.0)
     high = wp.float64(1.0)
-    below = height(q.x0, first) < wp.float64(0.0)
+    below = height(q.x0, plane, step, low) < wp.float64(0.0)
     for _ in range(REFINEMENTS):
         middle = wp.float64(0.5) * (low + high)
         if middle <= low or middle >= high:
             break
         x, _v = quintic_at(q, middle)
-        if (height(x, plane_at(first, last, middle)) < wp.float64(0.0)) == below:
+        if (height(x, plane, step, middle) < wp.float64(0.0)) == below:
             low = middle
         else:
             high = middle
@@ -234,7 +250,7 @@ def section_kernel(kinds_used, gradients: bool):
         dt: wp.float64,
         method: Method,
         gravity: Stages,
-        planes: wp.array(dtype=wp.vec4d),
+        plane: Plane,
         direction: int,
         state: State,
         times: wp.array2d(dtype=wp.float64),
@@ -247,14 +263,14 @@ def section_kernel(kinds_used, gradients: bool):
             before = p
             for j in range(method.stages):
                 p = advance(p, part_of(method, j), gravity, step * method.stages + j + 1)
-            above = height(p.x, planes[step + 1]) >= wp.float64(0.0)
-            if above != (height(before.x, planes[step]) >= wp.float64(0.0)) and (
+            above = height(p.x, plane, step + 1, wp.float64(0.0)) >= wp.float64(0.0)
+            if above != (height(before.x, plane, step, wp.float64(0.0)) >= wp.float64(0.0)) and (
                 direction == 0 or (direction > 0) == above
             ):
                 _f, a0 = field(before.x, gravity, step * method.stages)
                 _f1, a1 = field(p.x, gravity, (step + 1) * method.stages)
                 q = Quintic(before.x, before.v, a0, p.x, p.v, a1, dt)
-                u = crossing(q, planes[step], planes[step + 1])
+                u = crossing(q, plane, step)
                 x, v = quintic_at(q, u)
                 times[i, step] = u * dt
                 positions[i, step] = x

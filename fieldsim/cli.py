@@ -213,6 +213,9 @@ def cli():
 def run():
     """Film a scenario: a name in the folder scenarios, or the path of a script.
 
+    A run that fails or is interrupted keeps what it has: under its name if there was nothing before, else as
+    NAME.partial.mp4 beside it.
+
     `fieldsim run SCENARIO --help` shows the options of every film and the scenario's own.
     """
 

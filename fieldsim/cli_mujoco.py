@@ -53,6 +53,7 @@ def _prepared(name, options):
 
     path = click.get_current_context().parent.params["model"]
     own = {option.name: options.pop(option.name) for option in _own_options()}
+    own["model"] = pathlib.Path(path).name
     with usage():
         if own["beside"] and options["replay"]:
             raise InputError("--beside draws what is simulated, not a recording; leave out --replay")
@@ -72,6 +73,9 @@ def _adapted(scenario, model, name, own):
     # The model is this command's own, read from its file.
     model.opt.timestep = own["timestep"] or shortened(scenario.world, model, contact)
     options = {"keep_gravity": own["keep_gravity"], "skins": skin(model) if own["skin"] else ()}
+    # What moves depends on these, too: a recording names them.
+    moving = {key: value for key, value in own.items() if key not in ("skin", "beside") and value not in (None, False)}
+    options["parameters"] = scenario.parameters | moving
     experiment = Experiment.of(scenario, model, contact=contact, **options)
     return experiment, {"beside": lambda size: Beside(experiment.model, size)} if own["beside"] else {}
 

@@ -29,7 +29,7 @@ class ScenarioError(FieldsimError, RuntimeError):
 
 
 class FilmError(FieldsimError, RuntimeError):
-    """A film or picture could not be written; nothing is left under its name."""
+    """A film, picture or recording could not be written; what had its name before is as it was."""
 
 
 class FieldsimWarning(UserWarning):

@@ -172,3 +172,12 @@ def test_what_is_changed_in_the_model_is_seen_beside(monkeypatch):
     beside.frame(scene.snapshot(data), CAMERA)
     np.testing.assert_array_equal(beside.model.geom_rgba[0], (1, 0, 0, 1))
     assert beside.model.geom_size[0, 0] == 0.3
+
+
+def test_a_recording_of_a_model_names_what_it_depends_on(here, capsys):
+    run = ("mujoco", "ball.xml", "still", "--size", "8x8", "--quality", "draft", "--duration", 0.2, "--out", "a.gif")
+    assert fieldsim(*run, "--friction", 0.3, "--record", "a.npz") == 0
+    assert fs.Recorded("a.npz").about["parameters"] == {"friction": 0.3, "mass": 1.0, "model": "ball.xml"}
+    capsys.readouterr()
+    assert fieldsim(*run, "--friction", 0.9, "--replay", "a.npz") == 0
+    assert "parameter friction was 0.3, here it is 0.9" in capsys.readouterr().err

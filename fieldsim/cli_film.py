@@ -164,6 +164,7 @@ def _film(build, name, adapt, told, options):
     """Check what the machine and the disk say about the request, build, film or draw, report."""
     from fieldsim import filming, plots
     from fieldsim.launch import device_named
+    from fieldsim.recording import Recording
     from fieldsim.render.video import Film
 
     out, energy_plot = options.pop("out"), options.pop("energy_plot")
@@ -174,13 +175,15 @@ def _film(build, name, adapt, told, options):
             plots.checked_path(out)
         else:
             Film(out or "film.mp4", options["size"])
+        if options["record"]:
+            Recording(options["record"])
         if out and energy_plot and os.path.realpath(out) == os.path.realpath(energy_plot):
             raise InputError(f"--out and --energy-plot are one file, {out}; give two names")
     device_named(options["device"])
     scenario = scenarios.call(build, told)
     if isinstance(scenario, plots.Picture):
-        if energy_plot or options["integrator"] or adapt:
-            words = "models, --integrator and --energy-plot are for films"
+        if energy_plot or adapt or any(options[key] for key in ("integrator", "record", "replay", "mode", "layer")):
+            words = "models, --record, --replay, --mode, --layer, --integrator and --energy-plot are for films"
             raise click.UsageError(f"the scenario is a picture: {words}")
         _draw(scenario, out or f"{name}.png", options["size"])
         return

@@ -172,6 +172,8 @@ def test_every_picture_is_drawn(name, here, capsys):
     assert imageio.imread("p.png").shape[:2] == (240, 320)
     assert fieldsim("run", script, "--integrator", "radau") == 2
     assert "--integrator and --energy-plot are for films" in capsys.readouterr().err
+    assert fieldsim("run", script, "--record", "p.npz") == 2
+    assert "are for films" in capsys.readouterr().err
     assert fieldsim("run", script, "--out", "p.mp4") == 2
     assert "a picture ends in .png, .svg or .pdf" in capsys.readouterr().err
 
@@ -244,6 +246,8 @@ def test_version_and_info(capsys):
         (["planet", "--energy-plot", "e.txt"], "a picture ends in .png, .svg or .pdf"),
         (["planet", "--energy-plot", "nowhere/e.png"], "the folder 'nowhere' does not exist"),
         (["planet", "--out", "nowhere/a.mp4"], "the folder 'nowhere' does not exist; create it first"),
+        (["planet", "--record", "nowhere/a.npz"], "the folder 'nowhere' does not exist; create it first"),
+        (["planet", "--record", "a.mp4"], "should end in .npz"),
         (["planet", "--out", "a.avi"], "this ending is not known; give name.mp4"),
         (["planet", "more"], "unexpected extra argument"),
     ],

@@ -202,7 +202,9 @@ if hasattr(os, "register_at_fork"):
 
 # Slices of a launch take about so long [s]; so long, what items took last time is trusted.
 _SLICE, _TRUSTED = 0.1, 0.0005
-# Seconds that an item took last, by kernel.
+# So many parts of items a slice has at most: the next items may take far longer than those before.
+_PARTS = 200_000
+# Seconds that a part of an item took last, by kernel.
 _paces = {}
 
 
@@ -213,10 +215,11 @@ class _Slices:
     others as large as takes about a tenth of a second, so that Ctrl-C is obeyed soon.
     """
 
-    def __init__(self, kernel, count, most, arguments, device):
-        self._kernel, self._count, self._most = kernel, count, most
+    def __init__(self, kernel, count, most, parts, arguments, device):
+        self._kernel, self._count, self._parts = kernel, count, parts
+        self._most = max(1, min(most, _PARTS // parts)) if parts > 1 else most
         self._arguments, self._device = arguments, device
-        self._size = min(most, max(1, int(_TRUSTED / _paces.get(kernel, math.inf))))
+        self._size = min(self._most, max(1, int(_TRUSTED / (parts * _paces.get(kernel, math.inf)))))
         self._next = self._largest = 0
         self._lock = threading.Lock()
         self.stopped = False
@@ -236,16 +239,16 @@ class _Slices:
     def _learn(self, size, seconds):
         """Fit the size of the slices to come."""
         if size >= self._largest:
-            self._largest, _paces[self._kernel] = size, seconds / size
+            self._largest, _paces[self._kernel] = size, seconds / (size * self._parts)
         self._size = max(1, min(self._most, int(size * min(4.0, _SLICE / max(seconds, 1e-9)))))
 
 
-def launch(kernel, count, inputs, outputs=(), *, device, grain=256, threads=None):
+def launch(kernel, count, inputs, outputs=(), *, device, grain=256, threads=None, parts=1):
     """Run `kernel(start, *inputs, *outputs)` for `count` items.
 
     On a CPU, slices run on `threads` threads (all cores unless told), of at least `grain` items where these take little
     time; results do not depend on the slicing as long as items do not write to the same place.
-    Ctrl-C is obeyed between slices.
+    Ctrl-C is obeyed between slices. parts: of how many parts an item consists, such as rays, if that varies.
     """
     device = wp.get_device(device)
     arguments = [*inputs, *outputs]
@@ -253,16 +256,17 @@ def launch(kernel, count, inputs, outputs=(), *, device, grain=256, threads=None
     if count == 0:
         return
     _loading.load(kernel, device)
-    if device.is_cuda or count * _paces.get(kernel, math.inf) < _TRUSTED:
+    is_short = count * parts * _paces.get(kernel, math.inf) < _TRUSTED and (parts == 1 or count * parts <= _PARTS)
+    if device.is_cuda or is_short:
         begin = time.perf_counter()
         wp.launch(kernel, dim=count, inputs=[0, *arguments], device=device)
-        _paces[kernel] = (time.perf_counter() - begin) / count
+        _paces[kernel] = (time.perf_counter() - begin) / (count * parts)
         return
     threads = threads or THREADS
     if threads == 1 or count < 2 * grain:
-        _Slices(kernel, count, count, arguments, device).work()
+        _Slices(kernel, count, count, parts, arguments, device).work()
         return
-    slices = _Slices(kernel, count, max(grain, -(-count // (4 * threads))), arguments, device)
+    slices = _Slices(kernel, count, max(grain, -(-count // (4 * threads))), parts, arguments, device)
     at_work = []
     try:
         at_work += (_pool().submit(slices.work) for _ in range(threads))

@@ -168,6 +168,17 @@ def _count(start: int, out: wp.array(dtype=int)):
     out[i] = out[i] + 1
 
 
+@pytest.mark.parametrize(("parts", "most"), [(1, 100_000), (10_000, 20), (10**9, 1)])
+def test_slices_of_items_of_many_parts_are_small(monkeypatch, parts, most):
+    """Even if the items before, or in the last launch, took next to no time."""
+    sizes = []
+    monkeypatch.setattr(wp, "launch", lambda kernel, dim, inputs, device: sizes.append(dim))
+    for _ in range(2):
+        launch(_count, 200, [], [], device="cpu", parts=parts)
+    assert sum(sizes) == 400
+    assert max(sizes) <= most
+
+
 def test_an_error_in_a_launch_comes_through():
     with pytest.raises(RuntimeError):
         launch(_count, 2000, [], [wp.zeros(2000, dtype=float, device="cpu")], device="cpu", grain=1)

@@ -116,14 +116,22 @@ class Tracer:
             self._shade_bells(stage, hits, color, rays)
         else:
             inputs = [stage.scene, stage.tree, *light, hits, color, rays]
-            launch(kernel_of(stage.kinds), count, inputs, device=self.device)
+            launch(kernel_of(stage.kinds), count, inputs, device=self.device, parts=self._shadow_rays(stage))
         late = np.flatnonzero(rays.numpy() < 0)
         if len(late):
             # A tree is built when it is asked for.
             inputs = [stage.scene, stage.tree, *light]
-            self._launch_late(kernel_of(stage.kinds, True), late, stage, inputs, [hits, color, rays])
+            parts = self._shadow_rays(stage)
+            self._launch_late(kernel_of(stage.kinds, True), late, stage, inputs, [hits, color, rays], parts)
         self.rays += int(rays.numpy().sum())
         return color
+
+    @staticmethod
+    def _shadow_rays(stage):
+        """Rays towards lights that a sample is given at most."""
+        if not stage.subtle:
+            return 1
+        return max(1, int((-(-stage.lights.samples.numpy() // stage.lights.share)).sum()))
 
     def _shade_bells(self, stage, hits, color, rays):
         """The same for surfaces that are made of bells."""
@@ -164,11 +172,12 @@ class Tracer:
         """Launch a kernel whose items are groups of samples."""
         launch(kernel, -(-count // group_of(self._lanes)), arguments, device=self.device, grain=64)
 
-    def _launch_late(self, kernel, late, stage, inputs, outputs):
+    def _launch_late(self, kernel, late, stage, inputs, outputs, parts=1):
         """Launch a kernel for the samples `late`, whose intervals did not fit, with global memory for them."""
         room = max(stage.count, 1)
         step = max(1, _SCRATCH // room)
         for k in range(0, len(late), step):
             which = wp.array(late[k : k + step].astype(np.int32), dtype=int, device=self.device)
             scratch = [wp.empty((len(which), room), dtype=dtype, device=self.device) for dtype in (int, float, float)]
-            launch(kernel, len(which), [*inputs, which, *outputs, *scratch], device=self.device, grain=1)
+            given = [*inputs, which, *outputs, *scratch]
+            launch(kernel, len(which), given, device=self.device, grain=1, parts=parts)

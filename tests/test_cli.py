@@ -393,7 +393,7 @@ def test_an_interrupted_run_keeps_what_it_has_under_its_own_name(here):
     (here / "scenarios" / "slow.py").write_text(textwrap.dedent(SLOW))
     code, errors = ended_by(signal.SIGINT, "run", "slow", "--size", "32x18", "--out", "f/", "--quality", "draft")
     assert code == 130
-    assert re.search(r"interrupted; f keeps the \d+ of 1000000 frames made before\n$", errors)
+    assert re.search(r"interrupted; f keeps the \d+ of 1000000 frames made before\n", errors)
     assert films(here) == ["f"]
     assert (here / "f" / "frame_0004.png").exists()
 

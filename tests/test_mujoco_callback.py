@@ -2,6 +2,7 @@
 
 import contextlib
 import ctypes
+import math
 import os
 import signal
 import threading
@@ -216,6 +217,21 @@ def test_sleep_is_refused(box):
     model.opt.enableflags = int(mujoco.mjtEnableBit.mjENBL_SLEEP)
     with pytest.raises(fs.InputError, match="sleep"):
         fs.mujoco.FieldForces(model, data, PLANET).__enter__()
+
+
+def test_a_timestep_that_is_none_is_refused(box):
+    model, data = box
+    forces = fs.mujoco.FieldForces(model, data, PLANET)
+    law = fs.mujoco.Contact(1.0)
+    for step in (0.0, math.nan, math.inf, -math.inf):
+        model.opt.timestep = step
+        refused(f"the model's timestep is {step:g}", model, data, PLANET)
+        with pytest.raises(fs.InputError, match="the model's timestep is"):
+            forces.__enter__()
+    model.opt.timestep = -0.01  # back in time
+    refused("the model's timestep is -0.01", model, data, SURFACE, contact=law)
+    with forces:
+        mujoco.mj_step(model, data)
 
 
 def test_the_models_own_gravity_is_asked_about(box):

@@ -127,6 +127,37 @@ def test_a_copy_may_be_in_a_field_of_its_own():
             np.testing.assert_allclose(passive(copy.copy(other), mujoco.MjData(other)), 2.0 * once, rtol=1e-13)
 
 
+@pytest.mark.parametrize("source", SOURCES)
+def test_copies_with_gravity_of_their_own_are_told_of(source):
+    model, data = new()
+    model.opt.gravity[2] = -9.81
+    forces = fs.mujoco.FieldForces(model, data, SOURCES[source], keep_gravity=False)
+    before = copy.copy(model)
+
+    def run():
+        with forces:
+            stepped(model)
+            stepped(copy.copy(model))
+            stepped(before)
+
+    with pytest.warns(fs.FieldsimWarning, match="copies of the model had gravity of their own"):
+        run()
+    before.opt.gravity[:] = 0.0
+    run()
+
+
+def test_options_of_another_model_make_no_copy():
+    # As many bodies and degrees of freedom, in one tree and in two.
+    first = '<body pos="2 0 0.5"><joint/><geom size=".1" pos=".3 0.1 0"/>'
+    second = '<body pos="0.5 0 0"><joint axis="0 1 0"/><geom size=".1" pos=".3 0.1 0"/></body>'
+    model, other = model_of(f"{first}{second}</body>"), model_of(f"{first}</body>{second}")
+    data = mujoco.MjData(model)
+    with fs.mujoco.FieldForces(model, data, PLANET):
+        other.opt = model.opt
+        assert passive(model, data).any()
+        assert not passive(other, mujoco.MjData(other)).any()
+
+
 # Models made anew
 
 

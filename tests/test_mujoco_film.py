@@ -60,6 +60,27 @@ def test_what_is_compiled_in_a_run_is_counted_once():
     assert launch.loading_for() == 0.0
 
 
+@pytest.mark.parametrize(
+    "control",
+    [
+        lambda model, data: setattr(data, "time", 0.0),
+        lambda model, data: mujoco.mj_resetData(model, data) if data.time > 0.05 else None,
+        lambda model, data: mujoco.mj_step(model, data),
+        lambda model, data: setattr(model.opt, "timestep", 0.002),
+    ],
+    ids=["set", "reset", "stepped", "timestep"],
+)
+def test_a_control_that_moves_the_clock_is_refused(control):
+    run, _ = ball_experiment(control=control).begin()
+    with pytest.raises(fs.FieldsimError, match=r"at time 0\.2 of the run data\.time is .*; let control neither"):
+        run.advance(0.2)
+
+
+def test_a_run_begins_at_time_0():
+    with pytest.raises(fs.InputError, match=r"start leaves data\.time at 3, but a run begins at 0"):
+        ball_experiment(start=lambda model, data: setattr(data, "time", 3.0)).begin()
+
+
 def test_what_fails_under_way_leaves_no_callback():
     def fail(model, data):
         raise RuntimeError("no more")

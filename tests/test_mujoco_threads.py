@@ -225,6 +225,18 @@ def test_passive_forces_that_are_disabled_within_are_told_of(box):
         run()
 
 
+@pytest.mark.skipif(not hasattr(mujoco.mjtEnableBit, "mjENBL_SLEEP"), reason="this MuJoCo has no sleep")
+def test_sleep_that_is_enabled_within_is_told_of(box):
+    model, data = box
+
+    def run():
+        with fs.mujoco.FieldForces(model, data, PLANET):
+            model.opt.enableflags = int(mujoco.mjtEnableBit.mjENBL_SLEEP)
+
+    with pytest.warns(fs.FieldsimWarning, match="the flag sleep was enabled within the block"):
+        run()
+
+
 # Functions of the user's that fail
 
 

@@ -155,6 +155,30 @@ def test_rollouts_refuse_what_threads_cannot_do(ball):
     assert mujoco.get_mjcb_passive() is None
 
 
+def test_what_a_rollout_leaves_out_is_told_of():
+    model = mujoco.MjModel.from_xml_string(
+        '<mujoco><option gravity="0 0 0"/><worldbody><body name="hook" mocap="true" pos="2 0 1"/><body name="ball" '
+        'pos="2 0 0"><freejoint/><geom size=".1"/></body></worldbody>'
+        '<equality><connect name="rope" body1="hook" body2="ball" anchor="0 0 -1"/></equality></mujoco>'
+    )
+    data = mujoco.MjData(model)
+    forces = fs.mujoco.FieldForces(model, data, PLANET)
+    start = fs.mujoco.state_of(model, data)
+    fs.mujoco.rollout(forces, start, 3)
+    data.mocap_pos[0] = 2, 0, 1.5
+    with pytest.warns(fs.FieldsimWarning, match="mocap body 'hook' in forces.data"):
+        fs.mujoco.rollout(forces, start, 3)
+    data.eq_active[0] = False
+    with pytest.warns(fs.FieldsimWarning, match="mocap body 'hook', equality 'rope' in forces.data"):
+        fs.mujoco.rollout(forces, start, 3)
+    # The remedy is one.
+    model.body_pos[1], model.eq_active0[0] = data.mocap_pos[0], False
+    found, _ = fs.mujoco.rollout(forces, start, 20)
+    with forces:
+        mujoco.mj_step(model, data, 20)
+    np.testing.assert_allclose(fs.mujoco.state_of(model, data), found[0, -1], rtol=1e-13, atol=1e-15)
+
+
 # The environment
 
 

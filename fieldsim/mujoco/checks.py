@@ -44,6 +44,13 @@ def masses(model, bodies) -> None:
         raise InputError(f"FieldForces: body {name!r} has mass {model.body_mass[bad[0]]:g}; give it a mass above 0")
 
 
+def timestep(model, backwards: bool = True) -> None:
+    """Refuse a time step with which no step ends anywhere else; backwards: allow one below 0."""
+    step = model.opt.timestep
+    if not np.isfinite(step) or step == 0.0 or (step < 0.0 and not backwards):
+        raise InputError(f"the model's timestep is {step:g}; give a finite one above 0")
+
+
 def without_passive_forces(model) -> str | None:
     """What to do about an option under which MuJoCo would not ask for forces; None where it does ask."""
     bits = mujoco.mjtDisableBit
@@ -61,11 +68,15 @@ def options(model) -> None:
             "FieldForces: the model's option disables passive forces, and MuJoCo then asks for no forces at all; "
             f"{remedy}"
         )
-    sleep = getattr(mujoco.mjtEnableBit, "mjENBL_SLEEP", 0)
-    if model.opt.enableflags & sleep:
+    if lets_sleep(model):
         raise InputError(
             "FieldForces: the model lets bodies sleep, and what sleeps does not feel a field; disable the flag sleep"
         )
+
+
+def lets_sleep(model) -> bool:
+    """Whether bodies of the model may sleep."""
+    return bool(model.opt.enableflags & getattr(mujoco.mjtEnableBit, "mjENBL_SLEEP", 0))
 
 
 def gravity(model, keep) -> None:

@@ -13,6 +13,7 @@ from fieldsim.dynamics.energy_log import EnergyLog, EnergyReport, History
 from fieldsim.dynamics.integrators import Leapfrog
 from fieldsim.dynamics.totals import Drift, Total
 from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
+from fieldsim.mujoco import checks
 from fieldsim.mujoco.balls import Contact
 from fieldsim.mujoco.forces import ACCURACIES, FieldForces
 from fieldsim.mujoco.models import model_of
@@ -115,6 +116,11 @@ class Run:
         follow(model, self.data, self._moving)
         if experiment.start:
             validate.answer("Experiment", "start", experiment.start, model, self.data)
+        if self.data.time != 0.0:
+            raise InputError(
+                f"Experiment: start leaves data.time at {self.data.time:g}, but a run begins at 0; set data.time = 0"
+            )
+        checks.timestep(model, backwards=False)
         mujoco.mj_forward(model, self.data)
         options = {name: getattr(experiment, name) for name in ("accuracy", "contact", "keep_gravity")}
         with launch.loading():  # numba's compiler at work, the first time
@@ -143,6 +149,11 @@ class Run:
             raise FieldsimError(
                 f"between times {self.time:g} and {until:g} the model's motion blew up; give it a timestep below "
                 f"{model.opt.timestep:g}, a softer Contact, or a softened kernel of gravity"
+            )
+        if abs(data.time - until) > 0.501 * model.opt.timestep:
+            raise FieldsimError(
+                f"Experiment: at time {until:g} of the run data.time is {data.time:g}; let control neither set it, nor "
+                "step or reset the data, nor change the timestep"
             )
         mujoco.mj_kinematics(model, data)
         if self._others:

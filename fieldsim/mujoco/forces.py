@@ -52,7 +52,7 @@ class FieldForces(Uncopied):
     its distance; "geoms": on points all over the geoms; "torque": the pull at the centre of mass and the torque of its
     gradient, at a third of the cost of "points", but without the tide's pull, so that the energy is not kept.
     contact: a `Contact`, for the surfaces of sources that are Bodies. keep_gravity: what to do with the model's own
-    gravity where it is on: True keeps it, False switches it off while in the field.
+    gravity where it is on: True keeps it, False switches it off while in the field (copies made within stay without).
     native: run as native code, without Python or its lock; False runs the same in Python, slowly, to debug. Where a
     source moves or deforms by a function of time, that function is asked in Python at every stage.
 
@@ -98,6 +98,7 @@ class FieldForces(Uncopied):
         self.contact, self.native = contact, validate.flag("FieldForces", "native", native)
         self.keep_gravity = None if keep_gravity is None else validate.flag("FieldForces", "keep_gravity", keep_gravity)
         checks.gravity(model, keep_gravity)
+        checks.timestep(model, backwards=contact is None)
         checks.state(data)
         needs = "jet" if accuracy == "torque" else "field"
         self._gravity = Table(self.sources, "gravity", data.time, (needs,), native)
@@ -118,8 +119,8 @@ class FieldForces(Uncopied):
         self.mark = secrets.randbits(32) | 1
         # Tables that were given up, while another thread may be at work on them.
         self._outgrown = []
-        # How often copies of the model were unlike it.
-        self._unlike = np.zeros(1, dtype=np.int64)
+        # How often copies of the model were unlike it, and how often they had gravity of their own.
+        self._told = np.zeros(2, dtype=np.int64)
         self._renew()
         sensors.warn(model, contact is not None)
         if contact and bodies is None:
@@ -163,8 +164,8 @@ class FieldForces(Uncopied):
         """Make the entry by which native code knows it."""
         self._head = compiled.head_of(self._plan) if self.native else None
         act = (self._function.address, self._head.ctypes.data) if self.free_of_python else (0, 0)
-        watched, unlike = self._watch.rows, self._unlike.ctypes.data
-        self.entry = compiled.entry_of(self.model, self.mark, *act, watched, unlike)
+        watched, weightless = self._watch.rows, self.keep_gravity is False
+        self.entry = compiled.entry_of(self.model, self.mark, *act, watched, self._told, weightless)
         self._outgrown.append((self._watch, self._plan, self._head, self.entry))
         compiled.set_mark(self.model._address, self.mark)
         if callback.renew(self):
@@ -232,6 +233,7 @@ class FieldForces(Uncopied):
         checks.own_data(model, self.data)
         checks.state(self.data)
         checks.options(model)
+        checks.timestep(model, backwards=self.contact is None)
         checks.gravity(model, self.keep_gravity)
         self.refresh()
         checks.finite(model, self.bodies, np.hstack([self._surveyed(self.data), self._at_centers()]))
@@ -274,7 +276,7 @@ class FieldForces(Uncopied):
                 gravity[:] = self._own_gravity
             self._own_gravity = None
         found = callback.end(self)
-        unlike, self._unlike[:] = self._unlike[0], 0
+        (unlike, heavy), self._told[:] = self._told.tolist(), 0
         failed, self._failure = self._failure, None
         if failed and not any(failure):
             raise failed
@@ -284,6 +286,11 @@ class FieldForces(Uncopied):
                 self._say(
                     "copies of the model had other masses or shapes, and felt the field as the model itself would; "
                     "give each a FieldForces of its own, or contact=None and another accuracy than 'geoms'"
+                )
+            if heavy:
+                self._say(
+                    "copies of the model had gravity of their own, on top of the field, where keep_gravity=False "
+                    "switches the model's off; copy it within the block, or set their opt.gravity to 0"
                 )
 
     @staticmethod
@@ -296,6 +303,8 @@ class FieldForces(Uncopied):
             words = "the field was off: MuJoCo's passive callback was set within the block, in its place; set it before"
         elif off:
             words = f"the field was off: an option set within the block disables passive forces; {off}"
+        elif checks.lets_sleep(self.model):
+            words = "bodies that slept did not feel the field: the flag sleep was enabled within the block; disable it"
         elif twins or heirs:
             words = (
                 "within the block another model moved without the field, of the same structure or on from the same "
@@ -337,7 +346,7 @@ class FieldForces(Uncopied):
         """The same for the addresses of its model, or a copy, and the data; sees what was changed."""
         with self._lock:
             if model != self.model._address:
-                self._unlike += self._watch.differs(model)
+                self._told[0] += self._watch.differs(model)
             elif self._watch.changed(thorough=False):
                 self._renew()
             self._evaluate(model, data)

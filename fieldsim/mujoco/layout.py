@@ -32,7 +32,9 @@ _TYPES = {
 
 
 def offsets() -> dict[str, int]:
-    """Byte offsets of the `FIELDS`, the `MODEL_FIELDS`, and in mjModel of "timestep" and "mark" (-1: no room for it).
+    """Byte offsets of the `FIELDS`, the `MODEL_FIELDS`, and in mjModel of "timestep", "gravity" and "mark".
+
+    "mark" is -1 where there is no room for it.
 
     "size": the bytes of one of its numbers of things. Raises FieldsimError for a MuJoCo that is described otherwise.
     """
@@ -41,7 +43,7 @@ def offsets() -> dict[str, int]:
         places = places_of("mjData", FIELDS) | places_of("mjModel", MODEL_FIELDS)
         end = max(getattr(option, name).offset + getattr(option, name).size for name, _ in option._fields_)
         room = ctypes.sizeof(option) - end >= ctypes.sizeof(ctypes.c_uint32)
-        places["timestep"] = model.opt.offset + option.timestep.offset
+        places |= {name: model.opt.offset + getattr(option, name).offset for name in ("timestep", "gravity")}
         places["size"] = model.nbody.size
         places["mark"] = model.opt.offset + end if room else -1
         return places

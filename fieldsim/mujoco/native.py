@@ -28,7 +28,7 @@ from fieldsim.mujoco.tables import Plan, Source, Views
 PLACES = layout.offsets()
 _TIME, _XIPOS, _XIMAT, _SUBTREE_COM, _CDOF, _CVEL, _QFRC_PASSIVE = (PLACES[name] for name in layout.FIELDS)
 _NV, _NBODY, _SIGNATURE, _MASS, _INERTIA, _GRAVCOMP = (PLACES[name] for name in layout.MODEL_FIELDS)
-_TIMESTEP, _MARK, _SIZE = PLACES["timestep"], PLACES["mark"], PLACES["size"]
+_TIMESTEP, _OWN, _MARK, _SIZE = (PLACES[name] for name in ("timestep", "gravity", "mark", "size"))
 
 # What MuJoCo calls: (model, data). Called by Python it would let go of the lock that guards Python's tables; LOCKED,
 # for what acts on one model, does not.
@@ -39,12 +39,12 @@ LOCKED = ctypes.PYFUNCTYPE(None, *[ctypes.c_void_p] * 4)
 MOST = 256
 # How many of the rows may be in use, and the address of the callback that was there before.
 HEADER = np.zeros(2, dtype=np.int64)
-# Of each: 0-2 its model's address, mark and sizes; 3 the address of the entry, 0 where there is none; 4 how many
-# threads are at work with it; 5 the thread that entered the field; 6 where its data keeps the time; 7 its signature;
-# 8-10 see `_strange`.
+# Of each: 0-3 its model's address, mark, sizes and signature; 4 the address of the entry, 0 where there is none; 5 how
+# many threads are at work with it; 6 the thread that entered the field; 7 where its data keeps the time; 8-10 see
+# `_strange`.
 ROWS = np.zeros((MOST, 11), dtype=np.int64)
 _HEADER_ADDRESS, _ROWS_ADDRESS = HEADER.ctypes.data, ROWS.ctypes.data
-_MODEL, _MARKED, _SIZES, _ENTRY, BUSY, _THREAD, _CLOCK, _SIGNED, _TWINS, _HEIRS, _FRESH = range(ROWS.shape[1])
+_MODEL, _MARKED, _SIZES, _SIGNED, _ENTRY, BUSY, _THREAD, _CLOCK, _TWINS, _HEIRS, _FRESH = range(ROWS.shape[1])
 
 
 @numba.njit
@@ -200,6 +200,11 @@ def mark_of(model: int) -> int:
     return ctypes.c_uint32.from_address(model + _MARK).value if _MARK >= 0 else 0
 
 
+def signature_of(model: int) -> int:
+    """MuJoCo's number for the structure of the model at an address, signed; 0 of one that was stored."""
+    return ctypes.c_int64.from_address(model + _SIGNATURE).value
+
+
 def set_mark(model: int, mark: int) -> None:
     """Write the mark, which copies of the model keep."""
     if _MARK >= 0:
@@ -220,46 +225,72 @@ def _sizes(model):
 
 
 @numba.njit
-def _is_of(known, model, mark, sizes):
-    """Whether a model is the one of a row or an entry: by its address, or as a copy by its mark and its sizes."""
-    return known[0] == model or (mark != 0 and known[1] == mark and known[2] == sizes)
+def _is_of(known, model, mark, sizes, signature):
+    """Whether a model is the one of a row or an entry: by its address, or as a copy by its mark, sizes and signature.
 
-
-def entry_of(model, mark: int, function: int, head: int, watched: np.ndarray, unlike: int) -> np.ndarray:
-    """Entry (8,): 0-2 a model's address, mark and sizes; 3 the function that acts on it (0: Python), 4 its head.
-
-    5, 6 address and number of the rows of a `Watch`; 7 address of the word that counts how often copies of the model
-    differed in what is watched, so that they felt the field as the model would.
+    Copies that were stored have no signature. The mark alone will not do: it goes along where one model's options are
+    given to another.
     """
-    sizes = (model.nbody << 32) + model.nv
-    row = [model._address, mark, sizes, function, head, watched.ctypes.data, len(watched), unlike]
-    return np.array(row, dtype=np.int64)
+    if known[0] == model:
+        return True
+    alike = known[3] == signature or known[3] == 0 or signature == 0
+    return mark != 0 and known[1] == mark and known[2] == sizes and alike
+
+
+def entry_of(model, mark: int, function: int, head: int, watched: np.ndarray, told: np.ndarray, weightless: bool):
+    """Entry (10,): 0-3 a model's address, mark, sizes and signature; 4 the function that acts on it (0: Python).
+
+    5 its head; 6, 7 address and number of the rows of a `Watch`; 8 address of `told` (2,), which counts how often
+    copies of the model differed in what is watched, so that they felt the field as the model would, and how often they
+    had gravity of their own where they should be (9) weightless.
+    """
+    address, sizes = model._address, (model.nbody << 32) + model.nv
+    row = [
+        address,
+        mark,
+        sizes,
+        signature_of(address),
+        function,
+        head,
+        watched.ctypes.data,
+        len(watched),
+        told.ctypes.data,
+    ]
+    return np.array([*row, told.ctypes.data, weightless], dtype=np.int64)
 
 
 @numba.njit
 def _changed(entry, model):
     """Whether Python must renew what the entry was made of first; counts copies that differ."""
-    rows = numba.carray(words(entry[5]), (entry[6], 4))
+    rows = numba.carray(words(entry[6]), (entry[7], 4))
     for i in range(rows.shape[0]):
         if differ(_word(model + rows[i, 0]), rows[i, 1], rows[i, 2]) != 0:
             if model == entry[0]:
                 return True
             if rows[i, 3] == 0:
-                numba.carray(words(entry[7]), (1,))[0] += 1
+                numba.carray(words(entry[8]), (1,))[0] += 1
                 return False
     return False
 
 
+@numba.njit
+def _count_weight(entry, model):
+    """Count a copy that has gravity of its own where the model's is switched off."""
+    if entry[9] != 0 and model != entry[0]:
+        own = numba.carray(doubles(model + _OWN), (3,))
+        if own[0] != 0.0 or own[1] != 0.0 or own[2] != 0.0:
+            numba.carray(words(entry[8]), (2,))[1] += 1
+
+
 def is_copy(entry, model: int) -> bool:
     """Whether the model at an address is that of an entry, or a copy of it."""
-    return bool(_is_of(entry, model, mark_of(model), _sizes(model)))
+    return bool(_is_of(entry, model, mark_of(model), _sizes(model), signature_of(model)))
 
 
 def publish(row: int, entry: np.ndarray, data: int) -> None:
     """Let a row be of an entry, from now on; data: the address of its own."""
-    ROWS[row, :3] = entry[:3]
-    signature = ctypes.c_int64.from_address(int(entry[0]) + _SIGNATURE).value
-    ROWS[row, _THREAD:] = threading.get_ident(), data + _TIME, signature, 0, 0, 1
+    ROWS[row, :4] = entry[:4]
+    ROWS[row, _THREAD:] = threading.get_ident(), data + _TIME, 0, 0, 1
     HEADER[0] = max(HEADER[0], row + 1)
     renew(row, entry)
 
@@ -362,12 +393,12 @@ def dispatcher(function):
     width = ROWS.shape[1]
 
     @numba.njit
-    def find(rows, used, model, mark, sizes):
+    def find(rows, used, model, mark, sizes, signature):
         for k in range(used):
             if rows[k, _MODEL] == model:
                 return k
         for k in range(used):
-            if _is_of(rows[k], model, mark, sizes):
+            if _is_of(rows[k], model, mark, sizes, signature):
                 return k
         return -1
 
@@ -377,22 +408,23 @@ def dispatcher(function):
         rows = numba.carray(words(_ROWS_ADDRESS), (MOST, width))
         if header[1] != 0:
             call(header[1], model, data, 0, 0)
-        mark, sizes = _mark(model), _sizes(model)
-        k = find(rows, header[0], model, mark, sizes)
+        mark, sizes, signature = _mark(model), _sizes(model), _word(model + _SIGNATURE)
+        k = find(rows, header[0], model, mark, sizes, signature)
         if k < 0:
-            _strange(rows, header[0], model, sizes, _double(data + _TIME))
+            _strange(rows, header[0], model, sizes, signature, _double(data + _TIME))
             return
         # The row may be withdrawn just now: its entry holds from here until the count is back.
         busy = _ROWS_ADDRESS + 8 * (k * width + BUSY)
         count(busy, 1)
         python, place = False, rows[k, _ENTRY]
         if place != 0:
-            entry = numba.carray(words(place), (8,))
-            if _is_of(entry, model, mark, sizes):
+            entry = numba.carray(words(place), (10,))
+            if _is_of(entry, model, mark, sizes, signature):
                 rows[k, _FRESH], rows[k, _HEIRS] = 1, 0
-                python = entry[3] == 0 or _changed(entry, model)
+                _count_weight(entry, model)
+                python = entry[4] == 0 or _changed(entry, model)
                 if not python:
-                    call(entry[3], entry[4], model, data, 0)
+                    call(entry[4], entry[5], model, data, 0)
         count(busy, -1)
         if python:
             ask(model, data)
@@ -401,7 +433,7 @@ def dispatcher(function):
 
 
 @numba.njit
-def _strange(rows, used, model, sizes, now):
+def _strange(rows, used, model, sizes, signature, now):
     """Count what moves without a field, though its user may believe otherwise: twins and heirs of a model in one.
 
     A twin has the same structure, but was made or copied apart; an heir goes on at the time where the model stopped, as
@@ -409,7 +441,6 @@ def _strange(rows, used, model, sizes, now):
     entered the field know what they do.
     """
     # Without a signature are models that were stored, and those that MuJoCo tries out, one step long, to compile them.
-    signature = _word(model + _SIGNATURE)
     if now <= (0.0 if signature else _double(model + _TIMESTEP)):
         return
     thread = call(_THREAD_IDENT, 0, 0, 0, 0)

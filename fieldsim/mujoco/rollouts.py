@@ -10,7 +10,7 @@ import numpy as np
 from fieldsim import validate
 from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.mujoco.forces import FieldForces
-from fieldsim.mujoco.models import alike
+from fieldsim.mujoco.models import alike, named
 
 # Positions, velocities, activations and time: what a run starts from and what it returns.
 STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
@@ -40,6 +40,8 @@ def rollout(forces, starts, steps: int, *, controls=None, threads: int | None = 
     """States (worlds, steps, state) and sensors (worlds, steps, sensors) of many runs of forces.model.
 
     Sensors are MuJoCo's own: to some of them the field is a push (see `FieldForces.readings`).
+    What no state holds is as the model has it, whatever forces.data has: mocap bodies and equalities, of which a
+    FieldsimWarning tells, and applied forces, which are 0.
     starts (worlds, state): see `state_of`; controls (worlds or 1, steps or 1, nu). threads: all cores unless told. The
     forces may be active already. A world that blows up stays as it was then, with a FieldsimWarning. Raises InputError
     for what does not fit, and for forces that need Python (functions of time, native=False, or a callback of Python's
@@ -66,6 +68,7 @@ def rollout(forces, starts, steps: int, *, controls=None, threads: int | None = 
             )
         found = mujoco.rollout.rollout(model, worlds, starts, controls, nstep=steps)
     _tell_of_blown_up(model, starts, steps, found[0])
+    _tell_of_what_is_left_out(model, forces.data)
     return found
 
 
@@ -99,6 +102,24 @@ def _tell_of_blown_up(model, starts, steps, states):
             f"rollout: {len(stopped)} of {len(starts)} worlds blew up, the first is world {first} before its step "
             f"{int(max(ran[first], 0) + 1)}; their last states are repeated: give a timestep below "
             f"{model.opt.timestep:g} or a softened kernel",
+            FieldsimWarning,
+            stacklevel=3,
+        )
+
+
+def _tell_of_what_is_left_out(model, data):
+    """Worlds have mocap bodies and equalities as the model has them, not as the data of the forces."""
+    mocap = np.flatnonzero(model.body_mocapid >= 0)
+    order = model.body_mocapid[mocap]
+    there = np.hstack([data.mocap_pos[order], data.mocap_quat[order]])
+    moved = mocap[(there != np.hstack([model.body_pos[mocap], model.body_quat[mocap]])).any(axis=1)]
+    words = [f"mocap body {named(model, 'body', body)}" for body in moved]
+    words += [f"equality {named(model, 'equality', k)}" for k in np.flatnonzero(data.eq_active != model.eq_active0)]
+    if words:
+        warnings.warn(
+            f"rollout: states do not hold where mocap bodies are and which equalities are active: {', '.join(words)} "
+            "in forces.data are not as in the worlds, which have them as the model has; set model.body_pos, "
+            "model.body_quat and model.eq_active0",
             FieldsimWarning,
             stacklevel=3,
         )

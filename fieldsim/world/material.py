@@ -69,7 +69,7 @@ class Material:
         known = isinstance(self.kernel, type) and issubclass(self.kernel, Kernel) and self.kernel is not Kernel
         if not known and not isinstance(self.kernel, Kernel):
             raise InputError(
-                f"Material: kernel is {validate.shown(self.kernel)}; give one such as fs.Gaussian or fs.Quartic(2.0)"
+                f"Material: kernel is {validate.shown(self.kernel)}; give a kernel, fs.Gaussian or fs.Quartic(2.0)"
             )
         object.__setattr__(self, "visible_to", rays_named("Material", self.visible_to))
         if not self.animated:

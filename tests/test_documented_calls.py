@@ -13,7 +13,7 @@ ROOT = pathlib.Path(fs.__file__).resolve().parents[1]
 FILES = {
     "README": [ROOT / "README.md"],
     "docs": [*(ROOT / "docs").glob("*.md")],
-    "docstrings": [*(ROOT / "fieldsim").rglob("*.py")],
+    "docstrings": [*pathlib.Path(fs.__file__).parent.rglob("*.py")],
 }
 
 

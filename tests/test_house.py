@@ -18,7 +18,8 @@ from fieldsim.potentials.primitive import Primitive
 from fieldsim.world.light import Light
 
 ROOT = pathlib.Path(__file__).parents[1]
-MODULES = sorted((ROOT / "fieldsim").rglob("*.py"))
+PACKAGE = pathlib.Path(fs.__file__).parent
+MODULES = sorted(PACKAGE.rglob("*.py"))
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
@@ -86,9 +87,9 @@ def imported(path):
                 yield name.split(".")[1]
 
 
-@pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(ROOT)))
+@pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(PACKAGE)))
 def test_imports_go_one_way(path):
-    part = path.relative_to(ROOT / "fieldsim").parts[0].removesuffix(".py")
+    part = path.relative_to(PACKAGE).parts[0].removesuffix(".py")
     if part == "__init__":
         return
     allowed = BASE if part in BASE else BASE | KNOWS[part] | {part}

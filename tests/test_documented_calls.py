@@ -9,7 +9,7 @@ import pytest
 
 import fieldsim as fs
 
-ROOT = pathlib.Path(fs.__file__).resolve().parents[1]
+ROOT = pathlib.Path(__file__).parents[1]
 FILES = {
     "README": [ROOT / "README.md"],
     "docs": [*(ROOT / "docs").glob("*.md")],

@@ -64,7 +64,7 @@ KNOWS = {
     "filming": {"recording", "potentials", "world", "dynamics", "render", "scenario"},
     "comparing": {"plots", "world", "render", "scenario", "filming"},
     "cli_types": {"dynamics", "render"},
-    "cli_film": {"cli_types", "plots", "render", "scenario", "filming"},
+    "cli_film": {"cli_types", "plots", "recording", "render", "scenario", "filming"},
     "cli_compare": {"cli_film", "comparing", "plots", "render", "scenario"},
     "cli_mujoco": {"cli_film", "cli_types", "mujoco"},
     "cli": {"cli_film", "cli_compare", "cli_mujoco", "scenario", "about"},

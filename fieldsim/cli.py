@@ -8,7 +8,7 @@ import warnings
 
 import click
 
-from fieldsim import interrupts, validate
+from fieldsim import files, interrupts, validate
 from fieldsim import scenario as scenarios
 from fieldsim.cli_compare import compare_command, compare_options
 from fieldsim.cli_film import film_command, film_options
@@ -91,7 +91,8 @@ def _failed(error):
     kept = "; ".join(_notes(error))
     signalled = interrupts.come()
     if signalled is not None or isinstance(error, KeyboardInterrupt):
-        _say(f"interrupted; {kept or 'nothing was written'}")
+        whole = "; ".join(f"{path} is whole" for path in files.appeared)
+        _say("; ".join(filter(None, ("interrupted", whole, kept))) + ("" if whole or kept else "; nothing was written"))
         return 128 + (signalled or signal.SIGINT)
     if os.environ.get("FIELDSIM_DEBUG", "0") not in ("", "0"):
         raise error

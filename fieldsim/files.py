@@ -5,6 +5,7 @@ cannot be guessed and is made anew, so that no link planted there is followed. A
 lives: one without a lock was left by a run that was killed, and goes when the next part is made in its folder.
 """
 
+import collections
 import contextlib
 import itertools
 import os
@@ -23,6 +24,9 @@ try:
     import fcntl
 except ImportError:  # Windows: parts are not locked there, and none is taken for a killed run's
     fcntl = None
+
+# The last files that appeared whole.
+appeared = collections.deque(maxlen=4)
 
 _PART = re.compile(r"\..*-[0-9a-f]{16}\.part(\.\w+)?")
 
@@ -45,6 +49,7 @@ class Part:
     def publish(self) -> None:
         """Let it appear at the target, in place of what is there."""
         os.replace(self.path, self.target)
+        appeared.append(self.target)
         self.discard()
 
     def keep(self) -> pathlib.Path:

@@ -2,17 +2,21 @@
 
 Python handles a signal wherever its main thread happens to be. Within a `__del__`, or a function that C code called, as
 numba's compiler does, the KeyboardInterrupt is printed and lost. Here it waits until such a place is left; where it is
-lost all the same, the next launch of a kernel raises it again.
+lost all the same, the next launch of a kernel raises it again. What is being finished or kept is finished first, and of
+signals that follow each other closely, as a closing terminal sends them, one counts.
 """
 
 import _thread
 import contextlib
 import signal
 import threading
+import time
 
 # Functions whose exceptions Python cannot pass on: destructors, and what LLVM calls when it has compiled.
 _DEAF = {"__del__", "_raw_object_cache_notify", "_raw_object_cache_getbuffer"}
 _AGAIN = 0.02  # seconds
+_CLOSELY = 1.0  # seconds after a signal in which others are the same one
+_PATIENCE = 30.0  # seconds for which signals wait for what is being kept
 
 
 class _Hearing:
@@ -22,6 +26,8 @@ class _Hearing:
         self.come: int | None = None
         self.before = {}
         self.timer = None
+        # When a signal was raised last; since when one waits, while something is being kept.
+        self.raised, self.waiting, self.keeping = -_CLOSELY, None, False
         # Handlers of others, and that signals are ignored (as `nohup` asks for), stay as they are.
         usual = (signal.SIG_DFL, signal.default_int_handler)
         for name in names:
@@ -32,10 +38,24 @@ class _Hearing:
     def handle(self, number, frame):
         """What Python calls when a signal has come."""
         self.come = self.come or number
+        if self._waits(time.monotonic()):
+            return
         while frame is not None:
             if frame.f_code.co_name in _DEAF:
                 return self._come_again(number)
             frame = frame.f_back
+        self.obey()
+
+    def _waits(self, now):
+        """Whether a signal is not to be raised now: it was just raised, or something is being kept."""
+        if self.keeping and self.waiting is None:
+            self.waiting = now
+        return now < (self.waiting + _PATIENCE if self.keeping else self.raised + _CLOSELY)
+
+    def obey(self):
+        """Raise it."""
+        self.forget_timer()
+        self.raised, self.waiting = time.monotonic(), None
         raise KeyboardInterrupt
 
     def _come_again(self, number):
@@ -72,8 +92,7 @@ def come() -> int | None:
 def check() -> None:
     """Raise KeyboardInterrupt if a signal has come, in the main thread."""
     if come() is not None and threading.current_thread() is threading.main_thread():
-        _hearing.forget_timer()
-        raise KeyboardInterrupt
+        _hearing.obey()
 
 
 @contextlib.contextmanager
@@ -101,3 +120,20 @@ def obeyed():
             check()
             raise
         check()
+
+
+@contextlib.contextmanager
+def held():
+    """Within the block signals wait, for what is being finished or kept; at its end one that has come is raised."""
+    with heard("SIGINT"):
+        mine = _hearing and not _hearing.keeping and threading.current_thread() is threading.main_thread()
+        if not mine:
+            yield
+            return
+        _hearing.keeping = True
+        try:
+            yield
+        finally:
+            _hearing.keeping = False
+            if _hearing.waiting is not None:
+                _hearing.obey()

@@ -14,7 +14,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from fieldsim import files, validate
+from fieldsim import files, interrupts, validate
 from fieldsim.archive import Archive
 from fieldsim.copies import Uncopied
 from fieldsim.errors import FilmError, InputError
@@ -109,6 +109,7 @@ class Recording(Uncopied):
         with self._file.open(entry, "w", force_zip64=True) as target:
             np.lib.format.write_array(target, np.asarray(array, order="C"), allow_pickle=False)
 
+    @interrupts.held()
     def __exit__(self, kind, error, trace):
         if self._file is None:
             if error is None:

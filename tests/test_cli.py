@@ -15,7 +15,7 @@ import pytest
 import warp as wp
 
 import fieldsim as fs
-from fieldsim import cli
+from fieldsim import cli, cli_film, files
 from fieldsim.dynamics.auto import integrator_named
 
 SCENARIOS = pathlib.Path(__file__).parents[1] / "scenarios"
@@ -47,6 +47,7 @@ PLANET = """
 @pytest.fixture
 def here(tmp_path, monkeypatch):
     """A folder with scenarios/planet.py, to work in."""
+    files.appeared.clear()
     monkeypatch.chdir(tmp_path)
     (tmp_path / "scenarios").mkdir()
     (tmp_path / "scenarios" / "planet.py").write_text(textwrap.dedent(PLANET))
@@ -387,6 +388,13 @@ def test_an_interrupted_run_keeps_what_it_has_beside_what_there_was(here, signum
     assert [(here / name).read_bytes() for name in ("p.gif", "p.npz")] == [b"the old one"] * 2
     assert len(fs.Recorded("p.partial.npz")) == int(found[1]) >= 5
     assert len(imageio.imread("p.partial.gif")) == int(found[2]) >= 5
+
+
+def test_an_interrupt_after_the_film_tells_what_is_whole(here, monkeypatch, capsys):
+    monkeypatch.setattr(cli_film, "_draw_energy", lambda *_: signal.raise_signal(signal.SIGINT))
+    options = ("--size", "32x18", "--out", "p.png", "--record", "p.npz", "--energy-plot", "e.png")
+    assert fieldsim("run", "planet", *options) == 130
+    assert capsys.readouterr().err.strip() == "fieldsim: interrupted; p.npz is whole; p.png is whole"
 
 
 def test_an_interrupted_run_keeps_what_it_has_under_its_own_name(here):

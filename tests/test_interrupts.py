@@ -100,6 +100,40 @@ def test_what_waited_comes_once():
     time.sleep(0.1)
 
 
+def test_what_is_being_kept_is_kept_first():
+    for _ in range(2):
+        done = []
+        with pytest.raises(KeyboardInterrupt), interrupts.held():  # noqa: PT012
+            interrupt()
+            with interrupts.held():
+                interrupt()
+            done.append(1)
+        assert done == [1]
+    with interrupts.held():
+        pass
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_signals_wait_for_so_long_only(monkeypatch):
+    monkeypatch.setattr(interrupts, "_PATIENCE", 0.0)
+    with pytest.raises(KeyboardInterrupt), interrupts.held():  # noqa: PT012
+        interrupt()
+        pytest.fail("held for ever")
+
+
+def test_signals_that_follow_closely_are_one(monkeypatch):
+    """What an interrupt unwinds is not interrupted itself."""
+    with interrupts.heard("SIGINT"):
+        with pytest.raises(KeyboardInterrupt):
+            interrupt()
+        interrupt()
+        with pytest.raises(KeyboardInterrupt):
+            interrupts.check()
+        monkeypatch.setattr(interrupts, "_CLOSELY", 0.0)
+        with pytest.raises(KeyboardInterrupt):
+            interrupt()
+
+
 def test_signals_that_are_ignored_or_taken_stay_so():
     mine = lambda *_: None  # noqa: E731
     for handler in (signal.SIG_IGN, mine):

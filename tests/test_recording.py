@@ -1,5 +1,7 @@
 """Recordings: what goes in comes out, films of them are those of the run, and a failed run keeps what it had."""
 
+import signal
+
 import numpy as np
 import pytest
 
@@ -96,6 +98,15 @@ def test_a_snapshot_that_is_interrupted_is_left_out(tmp_path, monkeypatch, at):
     with np.load(tmp_path / "run.npz") as arrays:
         assert len(arrays.files) == 4 * count
         assert all(len(np.atleast_1d(arrays[name])) for name in arrays.files)
+
+
+def test_an_interrupt_at_the_very_end_comes_after_it(tmp_path, monkeypatch):
+    recording = fs.Recording(tmp_path / "run.npz")
+    with pytest.raises(KeyboardInterrupt), recording:  # noqa: PT012
+        recording.add(scenario().world.at(0.0))
+        close = recording._file.close
+        monkeypatch.setattr(recording._file, "close", lambda: (signal.raise_signal(signal.SIGINT), close()))
+    assert len(fs.Recorded(tmp_path / "run.npz")) == 1
 
 
 def test_a_full_disk_is_told_of(tmp_path, monkeypatch):

@@ -1,8 +1,10 @@
 """Films: what is written can be read back; what fails leaves nothing behind."""
 
 import contextlib
+import functools
 import pathlib
 import re
+import signal
 import subprocess
 import sys
 import textwrap
@@ -186,6 +188,41 @@ def test_a_sequence_left_by_an_error_keeps_its_frames(tmp_path, name, first, bes
         assert note.endswith(" keeps the 3 frames made before")
         assert str(pathlib.Path(kept).parent) in note
     assert not list(tmp_path.glob(".*"))
+
+
+def interrupted(function, *arguments):
+    signal.raise_signal(signal.SIGINT)
+    return function(*arguments)
+
+
+def number_of(path):
+    if path.suffix == ".mp4":
+        return len(read_mp4(path, 64, 36)[0])
+    return len(list(path.iterdir())) if path.is_dir() else len(imageio.imread(path))
+
+
+@pytest.mark.parametrize("name", ["a.mp4", "a.gif", "frames/"])
+def test_an_interrupt_at_the_very_end_comes_after_it(tmp_path, monkeypatch, name):
+    film = Film(f"{tmp_path}/{name}", (64, 36))
+    with pytest.raises(KeyboardInterrupt), film:  # noqa: PT012
+        for image in frames(3, 64, 36):
+            film.write(image)
+        monkeypatch.setattr(film._writer, "finish", functools.partial(interrupted, film._writer.finish))
+    assert names(tmp_path) == [name.rstrip("/")]
+    assert number_of(tmp_path / name) == 3
+
+
+@pytest.mark.parametrize("name", ["a.mp4", "a.gif", "frames/"])
+def test_a_second_interrupt_loses_nothing(tmp_path, monkeypatch, name):
+    film = Film(f"{tmp_path}/{name}", (64, 36))
+    first = KeyboardInterrupt()
+    with pytest.raises(KeyboardInterrupt), film:  # noqa: PT012
+        for image in frames(3, 64, 36):
+            film.write(image)
+        monkeypatch.setattr(film._writer, "finish", functools.partial(interrupted, film._writer.finish))
+        raise first
+    assert "keeps the 3 frames" in first.__notes__[0]
+    assert number_of(tmp_path / name) == 3
 
 
 def test_a_still_left_by_an_error_leaves_nothing(tmp_path):

@@ -21,7 +21,7 @@ import warnings
 
 import numpy as np
 
-from fieldsim import files, validate
+from fieldsim import files, interrupts, validate
 from fieldsim.copies import Uncopied
 from fieldsim.errors import FieldsimWarning, FilmError, InputError
 
@@ -109,6 +109,7 @@ class Film(Uncopied):
             raise self._failed(reason) from None
         self.frames += 1
 
+    @interrupts.held()
     def __exit__(self, kind, error, trace):
         try:
             if error is not None:
@@ -134,6 +135,7 @@ class Film(Uncopied):
         except OSError as reason:
             raise self._failed(reason) from None
 
+    @interrupts.held()
     def _failed(self, reason):
         """The error for a write that failed, after which the film is closed."""
         kept = self._kept() or "nothing is kept"
@@ -315,6 +317,7 @@ class _Sequence:
                 raise OSError(f"{frame} is a folder")
         for index, frame in enumerate(frames):
             os.replace(self.partial / str(index), frame)
+        files.appeared.append(target)
         after = _frame(target, self.count)
         if after.exists():
             warnings.warn(

@@ -189,6 +189,10 @@ def film(
         renderer = Renderer((width, height), quality, device, mode=mode or "soft")
         pictures = LayerPictures(renderer, layer) if layer else renderer
         other = validate.answer("film", "beside", beside, size) if beside else None
+        if other is not None:
+            validate.having(
+                "film", "what beside gave", other, ("frame",), "give something with frame(snapshot, camera)"
+            )
         exposures = 1 if layer or recorded else _exposures(scenario.camera, times, fps, renderer)
         moments = _snapshots(scenario, _exposed(scenario.camera, times, exposures), device, report)
         if recorded:
@@ -201,8 +205,10 @@ def film(
             if done == len(times) or not target.still:
                 with report.rendering.running():
                     image = pictures.frame(snapshots if exposures > 1 else snapshots[0], scenario.camera)
-                    if other:
-                        image = np.hstack([image, other.frame(snapshots[0], scenario.camera)])
+                    if other is not None:
+                        image = _beside(
+                            image, validate.answer("film", "beside", other.frame, snapshots[0], scenario.camera)
+                        )
                 with report.writing.running():
                     target.write(image)
             if watch:
@@ -210,6 +216,16 @@ def film(
     report.rays = renderer.rays
     report.seconds = time.perf_counter() - begun
     return report
+
+
+def _beside(image, other):
+    """Two pictures of one size side by side."""
+    other = validate.array("film", "what beside drew", other, "give (H, W, 3) of uint8")
+    if other.shape != image.shape or other.dtype != image.dtype:
+        raise InputError(
+            f"film: what beside drew has shape {other.shape} of {other.dtype}; give {image.shape} of {image.dtype}"
+        )
+    return np.hstack([image, other])
 
 
 def _recorded(replay, scenario, record, integrator, duration):

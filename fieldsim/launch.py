@@ -79,7 +79,7 @@ def device_named(name: str | None):
         except Exception as reason:
             why = reason
     here = ", ".join(str(device) for device in wp.get_devices())
-    raise DeviceError(f"device {name!r} is not available: {why}; available: {here}")
+    raise DeviceError(f"device {validate.shown(name)} is not available: {why}; available: {here}")
 
 
 class _Loading:

@@ -7,6 +7,7 @@ Numbers are real numbers. What NumPy would convert by dropping a meaning is refu
 numbers, what a mask hides, dates, truths, strings, and units (`unit` or `units` of astropy, pint and unyt).
 """
 
+import itertools
 import math
 import os
 import pathlib
@@ -18,6 +19,11 @@ import numpy as np
 from fieldsim.errors import FieldsimError, InputError
 
 _PACKAGE = os.path.dirname(os.path.abspath(__file__)) + os.sep
+
+# What lists may hold, and how deep lists may lie in each other: more have no end, or were never meant.
+MOST_ITEMS = 10_000_000
+MOST_NUMBERS = 1 << 30
+_DEEPEST = 32
 
 _short = reprlib.Repr()
 _short.maxstring = _short.maxother = 100
@@ -139,7 +145,11 @@ def instance(owner: str, name: str, value, kinds, remedy: str):
 
 def having(owner: str, name: str, value, attributes, remedy: str):
     """`value`, an object (no class) with these attributes: where importing its class would turn imports around."""
-    if isinstance(value, type) or not all(hasattr(value, attribute) for attribute in attributes):
+    try:
+        found = all(hasattr(value, attribute) for attribute in attributes)
+    except Exception:  # it cannot say
+        found = False
+    if isinstance(value, type) or not found:
         raise InputError(f"{owner}: {name} is {shown(value)}; {remedy}")
     return value
 
@@ -157,13 +167,16 @@ def instances(owner: str, name: str, value, kinds, remedy: str) -> tuple:
 
 
 def listed(owner: str, name: str, value, remedy: str = "give a list") -> tuple:
-    """The items of an iterable `value` as a tuple."""
+    """The items of an iterable `value`, which may have no end, as a tuple of `MOST_ITEMS` at most."""
     try:
         if isinstance(value, str | bytes | dict):
             raise TypeError  # whose items are something else
-        return tuple(value)
+        items = tuple(itertools.islice(value, MOST_ITEMS + 1))
     except Exception:
         raise InputError(f"{owner}: {name} is {shown(value)}; {remedy}") from None
+    if len(items) > MOST_ITEMS:
+        raise InputError(f"{owner}: {name} is {shown(value)}, of more than {MOST_ITEMS:,} items; {remedy}")
+    return items
 
 
 def iterator(owner: str, name: str, value, remedy: str = "give a list"):
@@ -200,7 +213,7 @@ def path(owner: str, name: str, value) -> pathlib.Path:
     """`value` as the path of a file or folder: a string or an `os.PathLike`, not empty, that files can have."""
     try:
         result = os.fspath(value)
-    except TypeError:
+    except Exception:
         raise InputError(f"{owner}: {name} is {shown(value)}; give the path of a file") from None
     if not isinstance(result, str) or not result or "\0" in result or not _encodable(result):
         raise InputError(f"{owner}: {name} is {shown(value)}; give the path of a file as a string")
@@ -281,7 +294,8 @@ def points(owner: str, name: str, value) -> np.ndarray:
 
 def array(owner: str, name: str, value, remedy: str) -> np.ndarray:
     """`value` as an array of the type that it has, which is for the caller to check."""
-    _refuse_meaning(owner, name, value)
+    _refuse_meaning(owner, name, value, remedy)
+    _refuse_endless(owner, name, value, remedy)
     try:
         return np.asarray(value)
     except ValueError:
@@ -292,7 +306,8 @@ def array(owner: str, name: str, value, remedy: str) -> np.ndarray:
 
 def reals(owner: str, name: str, value, remedy: str) -> np.ndarray:
     """`value` as a float64 array, maybe not finite, where nothing of its meaning is lost by that."""
-    _refuse_meaning(owner, name, value)
+    _refuse_meaning(owner, name, value, remedy)
+    _refuse_endless(owner, name, value, remedy)
     try:
         array = np.asarray(value)
     except Exception:
@@ -302,29 +317,57 @@ def reals(owner: str, name: str, value, remedy: str) -> np.ndarray:
         if array.ndim:
             raise InputError(f"{owner}: {name} is an array of {what} ({array.dtype}); {remedy} of real numbers")
         raise InputError(f"{owner}: {name} is {shown(value)}; {remedy}")
+    # More is no array in memory, but one number seen again and again.
+    bounded(f"{owner}: {name}", "numbers", array.size, MOST_NUMBERS, remedy)
     try:
         if array.dtype.kind == "O" and any(x is None or isinstance(x, bool | str | bytes) for x in array.flat):
             raise TypeError  # which NumPy takes for nan, 1 or a number
-        # Not a subclass: its operators may mean something else.
-        return np.asarray(array, dtype=np.float64)
+        # Not a subclass: its operators may mean something else. What is too long for a float is inf.
+        with np.errstate(over="ignore"):
+            return np.asarray(array, dtype=np.float64)
     except Exception:
         raise InputError(f"{owner}: {name} is {shown(value)}; {remedy}") from None
 
 
-def _refuse_meaning(owner, name, value):
+def _refuse_meaning(owner, name, value, remedy, depth=0):
     """Refuse what says that it is more than numbers, or that some of them do not count; looks into sequences."""
     if isinstance(value, np.ma.MaskedArray):
         raise InputError(f"{owner}: {name} is a masked array; give plain numbers, such as masked.compressed()")
-    unit = None if isinstance(value, type) else getattr(value, "unit", None) or getattr(value, "units", None)
+    unit = _unit(value)
     if unit is not None and not callable(unit):
         raise InputError(
             f"{owner}: {name} has the unit {shown(str(unit))}; fieldsim has scene units only: give plain numbers, "
             "such as quantity.to_value(unit)"
         )
+    # Beside numbers NumPy takes truths and dates for numbers, too.
+    if depth and isinstance(value, bool | np.bool_ | np.datetime64 | np.timedelta64):
+        raise InputError(f"{owner}: {name} holds {shown(value)}; {remedy}")
+    if depth > _DEEPEST:
+        raise InputError(f"{owner}: {name} is lists within lists, more than {_DEEPEST} deep; {remedy}")
     if isinstance(value, list | tuple):
-        for item in value:
-            if not isinstance(item, float | int):
-                _refuse_meaning(owner, name, item)
+        # By its own items, whatever a subclass makes of them.
+        for item in (list if isinstance(value, list) else tuple).__iter__(value):
+            if isinstance(item, bool) or not isinstance(item, float | int):
+                _refuse_meaning(owner, name, item, remedy, depth + 1)
+
+
+def _refuse_endless(owner, name, value, remedy):
+    """Refuse what NumPy would turn into numbers one by one, and far too many, such as range(10**12)."""
+    try:
+        if hasattr(value, "__array__") or isinstance(value, memoryview):
+            return
+        count = len(value)
+    except Exception:  # a single one, or what NumPy will refuse
+        return
+    bounded(f"{owner}: {name}", "items", count, MOST_ITEMS, f"{remedy}, or an array of NumPy's")
+
+
+def _unit(value):
+    """The unit that a value says it has, or None."""
+    try:
+        return None if isinstance(value, type) else getattr(value, "unit", None) or getattr(value, "units", None)
+    except Exception:  # it cannot say
+        return None
 
 
 def at_time(owner: str, make, values: dict, time: float):

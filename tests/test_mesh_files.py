@@ -242,6 +242,11 @@ BAD = {
     "last.glb": (changed(scenes=(0, {"nodes": [-1]})), "asks for nodes -1 of 1"),
     "cycle.glb": (changed(nodes=(0, {"children": [0]})), "its node 0 is in two places"),
     "twice.glb": (glb(many), "its node 1 is in two places"),
+    "scale.glb": (changed(nodes=(0, {"rotation": [9, 9, 9, 9]})), "no unit quaternion"),
+    "bent.glb": (changed(meshes=(0, {"weights": [0.5]})), "is bent by the weights"),
+    "short view.glb": (changed(bufferViews=(0, {"byteLength": 12})), "ends before"),
+    "copies.glb": (glb(lambda tree: tree.update(extensionsUsed=["EXT_mesh_gpu_instancing"])), "needs EXT_mesh_gpu"),
+    "packed.glb": (glb(lambda tree: tree.update(extensionsRequired=["EXT_meshopt_compression"])), "needs EXT_meshopt"),
     "strips.glb": (changed(meshes=(0, {"primitives": [{"mode": 5, "attributes": {"POSITION": 0}}]})), "strips"),
     "deep.glb": (struct.pack("<4sIII4s", b"glTF", 2, 100020, 100000, b"JSON") + b"[" * 100000, "damaged, or no GLB"),
     "a.gltf": (b"{}", r"should end in one of \.stl, \.obj"),
@@ -267,6 +272,20 @@ def test_a_part_that_is_shown_again_and_again_has_its_limit(tmp_path, monkeypatc
     assert len(mesh_files.read(str(tmp_path / "a.glb"))[1]) == 40
     monkeypatch.setattr(mesh_files, "MOST_TRIANGLES", 39)
     with pytest.raises(fs.InputError, match="shows more than 39 triangles"):
+        fs.mesh(tmp_path / "a.glb")
+
+
+@pytest.mark.parametrize("part", [{"mode": 1}, {"attributes": {"POSITION": 0}, "indices": 1}])
+def test_parts_without_triangles_have_a_limit_too(tmp_path, monkeypatch, part):
+    def change(tree):
+        tree["accessors"][1]["count"] = 0
+        tree["meshes"] = [{"primitives": [part] * 10}]
+        tree["nodes"] = [{"mesh": 0} for _ in range(10)]
+        tree["scenes"] = [{"nodes": list(range(10))}]
+
+    monkeypatch.setattr(mesh_files, "MOST_PARTS", 99)
+    (tmp_path / "a.glb").write_bytes(glb(change))
+    with pytest.raises(fs.InputError, match="shows more than 99 parts"):
         fs.mesh(tmp_path / "a.glb")
 
 

@@ -204,6 +204,9 @@ class Field:
         _refuse_operand("the other", other, Field, "another fs.Field")
         return self + -other
 
+    def __rsub__(self, other) -> "Field":
+        return -self + other
+
     def __repr__(self):
         return f"<Field of {len(self.terms) + sum(map(len, self.packed))} elements>"
 

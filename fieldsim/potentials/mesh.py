@@ -91,14 +91,16 @@ def mesh(path_or_vertices, faces=None) -> TriangleMesh:
     """A triangle mesh from a file, from vertices (V, 3) and faces (F, 3), or from Triangles.
 
     A file may be STL, OBJ, PLY, OFF or GLB, as its ending says; a scene of several parts becomes one mesh, polygons are
-    split about their first corners, and lines and points are left out. No other file is opened for it. Vertices of a
-    file or of Triangles at the same place become one, which closes their surface.
+    split about their first corners, and lines and points are left out. Extensions that change shapes, and weights that
+    bend them, are refused. No other file is opened for it. Vertices of a file or of Triangles at the same place become
+    one, which closes their surface.
     Raises InputError for a file that cannot be read, and as TriangleMesh does.
     """
     if isinstance(path_or_vertices, str | os.PathLike):
+        path = str(validate.path("mesh", "the file", path_or_vertices))
         if faces is not None:
-            raise InputError(f"mesh: faces are given beside the file {os.fspath(path_or_vertices)!r}; give one of them")
-        return _read(str(validate.path("mesh", "the file", path_or_vertices)))
+            raise InputError(f"mesh: faces are given beside the file {path!r}; give one of them")
+        return _read(path)
     if faces is None and _are_triangles(path_or_vertices):
         corners = np.array([(t.a, t.b, t.c) for t in path_or_vertices]).reshape(-1, 3)
         return TriangleMesh(*_merged(corners, np.arange(len(corners)).reshape(-1, 3)))

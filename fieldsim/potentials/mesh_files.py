@@ -16,13 +16,14 @@ from fieldsim.errors import InputError
 
 # Of a scene that shows its parts again and again; files themselves are as large as what they hold.
 MOST_TRIANGLES = 1 << 25
+MOST_PARTS = 1 << 16
 
 
 def read(path: str):
     """Vertices (V, 3) and faces (F, 3) of a file; InputError, naming it, for one that is no sound mesh."""
     bad = f"mesh: {path!r} cannot be read as a triangle mesh"
     if not os.path.isfile(path):
-        raise InputError(f"mesh: there is no file {path!r}")
+        raise InputError(f"mesh: there is no file {path!r}; give the path of one")
     reader = READERS.get(os.path.splitext(path)[1].lower())
     if reader is None:
         raise InputError(f"{bad}: its name should end in one of {', '.join(READERS)}; save it as one of them")
@@ -290,6 +291,10 @@ class _PlyBytes:
 _GLB_TYPES = {5121: "<u1", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _TRIANGLES, _STRIPS = 4, (5, 6)
 
+# Extensions that change no shape, and the one that shows a mesh in many places.
+_LOOKS = ("KHR_materials_", "KHR_texture_", "EXT_texture_")
+_COPIES = "EXT_mesh_gpu_instancing"
+
 
 def _glb(data):
     mark, version, size = struct.unpack_from("<4sII", data)
@@ -315,9 +320,14 @@ class _Scene:
 
     def mesh(self):
         """All that the scene shows, in its frame."""
-        vertices, faces, count, triangles = [np.zeros((0, 3))], [np.zeros((0, 3), np.int64)], 0, 0
+        self._refuse_extensions()
+        vertices, faces, count, triangles, shown = [np.zeros((0, 3))], [np.zeros((0, 3), np.int64)], 0, 0, 0
         for number, place in self._shown():
-            for points, corners in self._parts(number):
+            parts = self._item("meshes", number)["primitives"]
+            shown += len(parts)
+            if shown > MOST_PARTS:
+                raise InputError(f"it shows more than {MOST_PARTS} parts")
+            for points, corners in self._shapes(parts):
                 triangles += len(corners)
                 if max(triangles, count + len(points)) > MOST_TRIANGLES:
                     raise InputError(f"it shows more than {MOST_TRIANGLES} triangles or vertices")
@@ -326,6 +336,13 @@ class _Scene:
                 faces.append(count + (corners[:, ::-1] if np.linalg.det(place[:3, :3]) < 0.0 else corners))
                 count += len(points)
         return np.concatenate(vertices), np.concatenate(faces)
+
+    def _refuse_extensions(self):
+        """Refuse what the file says cannot be left out, and what would be shown more than once."""
+        required = [name for name in self.tree.get("extensionsRequired", ()) if not name.startswith(_LOOKS)]
+        named = required + [name for name in self.tree.get("extensionsUsed", ()) if name == _COPIES]
+        if named:
+            raise InputError(f"it needs {str(named[0])[:60]}, which is not read here; save it without")
 
     def _item(self, kind, number):
         items = self.tree[kind]
@@ -349,12 +366,19 @@ class _Scene:
             node = self._item("nodes", number)
             place = outer @ _placed(node)
             if "mesh" in node:
+                self._refuse_bent(node)
                 yield node["mesh"], place
             waiting += [(child, place) for child in reversed(node.get("children", ()))]
 
-    def _parts(self, number):
-        """Vertices and faces of the parts of a mesh; lines and points are none."""
-        for part in self._item("meshes", number)["primitives"]:
+    def _refuse_bent(self, node):
+        """Refuse a mesh whose vertices are moved by weights."""
+        weights = node.get("weights", self._item("meshes", node["mesh"]).get("weights", ()))
+        if any(weights):
+            raise InputError(f"it is bent by the weights {str(weights)[:60]}; save it as it is shown")
+
+    def _shapes(self, parts):
+        """Vertices and faces of the parts of a mesh; lines and points have none."""
+        for part in parts:
             mode = part.get("mode", _TRIANGLES)
             if mode in _STRIPS or "KHR_draco_mesh_compression" in part.get("extensions", {}):
                 raise InputError("it holds strips of triangles or compressed ones; save it with plain ones")
@@ -380,7 +404,8 @@ class _Scene:
         start, count = view.get("byteOffset", 0) + about.get("byteOffset", 0), about["count"]
         if kind.kind != sort or about["type"] != {1: "SCALAR", 3: "VEC3"}[width] or step < width * kind.itemsize:
             raise InputError("it has coordinates or numbers of vertices of an unknown kind")
-        if min(start, count) < 0 or start + count * step > len(self.content) + step - width * kind.itemsize:
+        end = min(len(self.content), view.get("byteOffset", 0) + view["byteLength"])
+        if min(start, count) < 0 or start + count * step > end + step - width * kind.itemsize:
             raise InputError(f"it should hold {count} rows of numbers, but ends before")
         return np.ndarray((count, width), kind, self.content, start, (step, kind.itemsize))
 
@@ -390,6 +415,8 @@ def _placed(node):
     if "matrix" in node:
         return np.array(node["matrix"], dtype=float).reshape(4, 4).T
     x, y, z, w = node.get("rotation", (0, 0, 0, 1))
+    if abs(x * x + y * y + z * z + w * w - 1.0) > 0.01:
+        raise InputError(f"it has the rotation {(x, y, z, w)}, which is no unit quaternion")
     turn = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
         [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],

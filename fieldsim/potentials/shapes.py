@@ -12,7 +12,7 @@ import numpy as np
 from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.potentials.biarc import MOST_PRIMITIVES, fitted
-from fieldsim.potentials.primitive import Primitive
+from fieldsim.potentials.primitive import MOST, Primitive
 from fieldsim.potentials.segment import Segment
 from fieldsim.potentials.triangle import Triangle
 
@@ -49,6 +49,10 @@ def rectangle(center, u, v) -> tuple[Triangle, Triangle]:
     """Two triangles that fill the rectangle of sides u and v (vectors, perpendicular), their normal along u x v."""
     center = np.array(validate.vector("rectangle", "center", center))
     u, v = (np.array(validate.vector("rectangle", name, side)) for name, side in (("u", u), ("v", v)))
+    sizes = np.abs(u).max(), np.abs(v).max()
+    for name, size in zip("uv", sizes, strict=True):
+        if size > MOST:
+            raise InputError(f"rectangle: {name} is of size {size:g}; give one of at most {MOST:g}, in another unit")
     sizes = np.linalg.norm(u), np.linalg.norm(v)
     for name, size in zip("uv", sizes, strict=True):
         if size == 0.0:
@@ -103,7 +107,7 @@ def sides(owner: str, center, size) -> tuple[Triangle, ...]:
     center = np.array(validate.vector(owner, "center", center))
     size = np.array(validate.vector(owner, "size", size))
     for index, side in enumerate(size):
-        validate.number(owner, f"size[{index}]", side, above=0.0)
+        validate.number(owner, f"size[{index}]", side, above=0.0, at_most=MOST)
     triangles = []
     for axis, sign in itertools.product(range(3), (-1.0, 1.0)):
         out, u, v = (np.roll(np.eye(3)[axis], k) * size for k in range(3))
@@ -155,9 +159,10 @@ def curve(position, velocity, start, end, *, tolerance) -> tuple[Primitive, ...]
     start, end = validate.number("curve", "start", start), validate.number("curve", "end", end)
     if not start < end:
         raise InputError(f"curve: start is {start:g} and end {end:g}; give a range that ascends")
-    for name, function in (("position", position), ("velocity", velocity)):
-        validate.points("curve", f"{name}(...)", function(np.linspace(start, end, 9)))
-    return fitted(position, velocity, start, end, _tolerance("curve", tolerance))
+    with np.errstate(all="ignore"):  # what is no number is refused
+        for name, function in (("position(...)", position), ("velocity(...)", velocity)):
+            _refuse_far("curve", name, validate.points("curve", name, function(np.linspace(start, end, 9))))
+        return fitted(position, velocity, start, end, _tolerance("curve", tolerance))
 
 
 def _cubic(points, tolerance):
@@ -191,7 +196,18 @@ def _several(owner, points, least):
     points = validate.points(owner, "points", points)
     if len(points) < least:
         raise InputError(f"{owner}: {len(points)} points; give at least {least}")
+    _refuse_far(owner, "points", points)
     return points
+
+
+def _refuse_far(owner, name, points):
+    """Raise InputError for points beyond what primitives can have."""
+    far = np.flatnonzero(np.abs(points).max(axis=1) > MOST)
+    if far.size:
+        raise InputError(
+            f"{owner}: {name}[{far[0]}] is {_plain(points[far[0]])}; give coordinates of at most {MOST:g}, "
+            "in another unit"
+        )
 
 
 def _refuse_repeated(owner, points, closed):

@@ -49,6 +49,7 @@ class Triangle(Primitive):
 
     def _checked(self):
         corners = {name: validate.vector("Triangle", name, getattr(self, name)) for name in "abc"}
+        self._refuse_extremes(corners)
         a, b, c = (np.array(corner) for corner in corners.values())
         edges = np.array([b - a, c - b, a - c])
         size = np.linalg.norm(edges, axis=1).max()

@@ -70,7 +70,7 @@ class Renderer:
         samples = QUALITIES[quality] if samples is None else samples
         self.samples = validate.whole("Renderer", "samples", samples, at_least=1, at_most=16)
         if self.samples not in (1, 4, 16):
-            raise InputError(f"Renderer: samples is {samples!r}; give 1, 4 or 16")
+            raise InputError(f"Renderer: samples is {self.samples}; give 1, 4 or 16")
         exposures = EXPOSURES[quality] if exposures is None else exposures
         self.exposures = validate.whole("Renderer", "exposures", exposures, at_least=1, at_most=MOST_EXPOSURES)
         self.mode = validate.choice("Renderer", "mode", mode, MODES)

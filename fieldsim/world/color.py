@@ -50,7 +50,9 @@ def _named(owner, field, name, others, remedy):
         known = [*others, *_NAMES, *ImageColor.colormap]
         near = difflib.get_close_matches(name.lower(), known, n=1)
         hint = f"did you mean {near[0]!r}?" if near else remedy
-        raise InputError(f"{owner}: {field} is {name!r}, an unknown color; {hint}") from None
+        raise InputError(f"{owner}: {field} is {validate.shown(name)}, an unknown color; {hint}") from None
     if alpha != 255:
-        raise InputError(f"{owner}: {field} is {name!r}, whose alpha means nothing here; leave it out: '#rrggbb'")
+        raise InputError(
+            f"{owner}: {field} is {validate.shown(name)}, whose alpha means nothing here; leave it out: '#rrggbb'"
+        )
     return srgb

@@ -24,7 +24,7 @@ def rays_named(owner: str, names) -> tuple[str, ...]:
         if name not in RAYS:
             near = difflib.get_close_matches(name, RAYS, n=1)
             hint = f"did you mean {near[0]!r}?" if near else remedy
-            raise InputError(f"{owner}: visible_to has {name!r}; {hint}")
+            raise InputError(f"{owner}: visible_to has {validate.shown(name)}; {hint}")
     return tuple(ray for ray in RAYS if ray in names)
 
 

@@ -142,11 +142,12 @@ def _deep(grey):
 
 def _linear(owner, image):
     array = validate.array(owner, "image", image, _REMEDY)
+    if array.ndim in (2, 3):
+        _refuse_large(f"{owner}: image", array.shape[1::-1])
     if array.ndim == 2:
         array = np.repeat(array[..., None], 3, axis=2)
     if array.ndim != 3 or array.shape[2] not in (3, 4) or array.size == 0:
         raise InputError(f"{owner}: image has shape {np.shape(image)}; {_REMEDY}")
-    _refuse_large(f"{owner}: image", array.shape[1::-1])
     array = array[..., :3]
     if array.dtype.kind == "u" and array.dtype.itemsize <= 2:
         most = np.iinfo(array.dtype).max

@@ -1,6 +1,7 @@
 """Rigid: the motion of a body that forces move."""
 
 import dataclasses
+import math
 import warnings
 
 import numpy as np
@@ -57,7 +58,7 @@ class Rigid(Pose):
 
 
 def _warn_of_length(rotation):
-    length = float(np.linalg.norm(np.asarray(rotation, dtype=float)))
+    length = math.hypot(*rotation)
     if abs(length - 1.0) > 1e-6:
         warnings.warn(
             f"Rigid: rotation {tuple(rotation)!r} has length {length:.9g} and was normalised; give a unit quaternion "
@@ -76,7 +77,7 @@ def _matrix(inertia):
     moments = np.linalg.eigvalsh(matrix)
     if not moments[0] > 0.0:
         raise InputError(f"Rigid: inertia has the principal moments {moments.tolist()}, not all above 0; {what}")
-    if moments[2] > (moments[0] + moments[1]) * (1.0 + 1e-9):
+    if moments[2] * (1.0 - 1e-9) - moments[0] > moments[1]:
         raise InputError(
             f"Rigid: inertia has the principal moments {moments.tolist()}; no body has one above the sum of the others"
         )

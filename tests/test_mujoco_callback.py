@@ -234,6 +234,13 @@ def test_a_timestep_that_is_none_is_refused(box):
         mujoco.mj_step(model, data)
 
 
+def test_a_gravcomp_that_is_no_number_is_named(box):
+    model, data = box
+    model.body_gravcomp[1] = math.nan
+    with pytest.raises(fs.InputError, match="body 'box' has gravcomp nan; give a finite number"):
+        fs.mujoco.FieldForces(model, data, PLANET).__enter__()
+
+
 def test_the_models_own_gravity_is_asked_about(box):
     model, data = box
     model.opt.gravity[:] = 0, 0, -3

@@ -83,7 +83,7 @@ def test_the_commands_help_teaches(here, capsys):
         (["ball.xml", "still", "--beside", "--replay", "a.npz"], 2, "not a recording"),
         (["ball.xml", "still", "--damping", "-1"], 1, "Contact: damping is -1"),
         (["fixed.xml", "still", "--no-contact"], 1, "the model has no degree of freedom"),
-        (["fixed.xml", "still"], 1, "no fall onto a surface"),
+        (["fixed.xml", "still"], 1, "no body of the model has mass and can move"),
         (["ball.xml", "own"], 1, "own has a model of its own; film it with: fieldsim run own"),
         (["ball.xml", "empty"], 1, "there are no sources"),
         (["ball.xml", "plot"], 2, "the scenario is a picture"),

@@ -1,5 +1,7 @@
 """MuJoCo models in pictures: geoms and skins are where they should be."""
 
+import copy
+
 import mujoco
 import numpy as np
 import pytest
@@ -197,6 +199,21 @@ def test_a_motion_that_blew_up_is_not_drawn():
     data.xpos[2] = np.nan
     with pytest.raises(fs.InputError, match="positions are not finite"):
         fs.mujoco.Scene(fs.World(), model).snapshot(data)
+
+
+def test_copies_that_look_otherwise_are_not_drawn_as_the_model():
+    model, _ = posed(ALL_KINDS)
+    scene = fs.mujoco.Scene(fs.World(), model)
+    turned = copy.copy(model)
+    turned.geom_quat[3] = 0.8, 0.6, 0.0, 0.0
+    data = mujoco.MjData(turned)
+    mujoco.mj_kinematics(turned, data)
+    wanted = fs.mujoco.Scene(fs.World(), turned).snapshot(data)
+    for found, right in zip(scene.snapshot(data).shape_poses[-1], wanted.shape_poses[-1], strict=True):
+        np.testing.assert_array_equal(found, right)
+    turned.geom_size[2] *= 2.0
+    with pytest.raises(fs.InputError, match="a copy that looks otherwise"):
+        scene.snapshot(data)
 
 
 def test_other_models_are_refused():

@@ -1,5 +1,7 @@
 """A model's sensors in a field: as in MuJoCo's own gravity, where that is what the field is."""
 
+import copy
+
 import mujoco
 import numpy as np
 import pytest
@@ -158,6 +160,21 @@ def test_what_a_surface_pushes_is_a_push():
     np.testing.assert_allclose(readings[3:6], (0.0, -force[0, 1], -force[0, 2]), atol=1e-12)
     np.testing.assert_allclose(pushed[:3], force[0] - pull[0], atol=1e-4)  # it turns a little
     np.testing.assert_allclose(pushed[3:6], 0.0, atol=1e-9)
+
+
+def test_readings_of_a_copys_data_are_the_copys():
+    planet = fs.Body(fs.Point((0, 0, 0)), gravity=fs.Newtonian(), mass=9.0)
+    forces, _ = sensed('<joint axis="0 1 0" pos=".3 0 0"/>', planet)
+    other = copy.copy(forces.model)
+    other.body_mass[1], other.site_pos[0], other.body_pos[1] = 3.0, (0.1, 0.0, 0.0), (0.0, 1.0, 3.0)
+    data = mujoco.MjData(other)
+    data.qvel[:] = 0.4
+    found, own = forces.readings(data), forces.readings()
+    with pytest.warns(fs.FieldsimWarning, match="'imu'"):
+        wanted = fs.mujoco.FieldForces(other, data, planet, native=False).readings()
+    np.testing.assert_array_equal(found, wanted)
+    np.testing.assert_array_equal(forces.readings(), own)
+    assert np.abs(found - own).max() > 0.1
 
 
 def test_bodies_that_do_not_feel_the_field_do_not_sense_it():

@@ -154,6 +154,12 @@ def numbers(model, touching: bool) -> None:
 
 def finite(model, bodies, forces) -> None:
     """Refuse a start at which a force or energy of a body, a row of (n, .), is not finite."""
+    strange = np.flatnonzero(~np.isfinite(model.body_gravcomp))
+    if strange.size:
+        raise InputError(
+            f"FieldForces: body {model.body(int(strange[0])).name or int(strange[0])!r} has gravcomp "
+            f"{model.body_gravcomp[strange[0]]:g}; give a finite number"
+        )
     bad = np.flatnonzero(~np.isfinite(forces).all(axis=1))
     if bad.size:
         name = model.body(int(bodies[bad[0]])).name or int(bodies[bad[0]])

@@ -22,14 +22,16 @@ def hit_speed(world, model) -> float:
     """The fastest at which bodies of a MuJoCo model can hit surfaces of `world`, falling from where the model has them.
 
     By energy, down to where the surfaces lie deepest, which are looked for on a grid.
-    Raises InputError where that cannot be told: no surface has an end, or it lies higher than all bodies.
+    Raises InputError where that cannot be told: nothing moves, no surface has an end, or it is above all bodies.
     """
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     gravity = _gravity(world)
     places = _surface_points(world)
     movable = np.flatnonzero((model.body_mass > 0.0) & (model.body_weldid != 0))
-    if gravity is None or not len(places) or not len(movable):
+    if not len(movable):
+        raise InputError("no body of the model has mass and can move; give one a joint and a mass")
+    if gravity is None or not len(places):
         raise InputError("no fall onto a surface from which to tell the speed of hits; give --speed, or --no-contact")
     start = gravity.value(data.xipos[movable]).min()
     drop = float(gravity.value(places).max() - start)

@@ -108,8 +108,8 @@ class FieldForces(Uncopied):
         # Guards what one evaluation at a time may use: sources that Python moves, tables, and room to work in.
         self._lock = threading.RLock()
         _ALL.add(self)
-        # Another data of the model, for questions between steps.
-        self._scratch = mujoco.MjData(model)
+        # Other data of the model, for questions between steps.
+        self._scratch, self._sensed = mujoco.MjData(model), mujoco.MjData(model)
         layout.check(data, compiled.PLACES)
         kind = accuracy, contact is not None
         self._act = actor(*kind, native)
@@ -378,16 +378,18 @@ class FieldForces(Uncopied):
         with self._lock:
             self.refresh()
             model = data.model
-            if model._address != self.model._address and self._watch.differs(model._address):
-                raise InputError(
-                    "FieldForces: this data's model is a copy with other masses or shapes; make a FieldForces of it"
-                )
-            if self._scratch.model._address != model._address:
-                self._scratch = mujoco.MjData(model)
+            self._refuse_unlike(model)
+            self._scratch = _of_model(model, self._scratch)
             copy_state(model, data, self._scratch)
             found = np.full((len(self.bodies), 8), np.nan)
             self._evaluate(model._address, self._scratch._address, found, plan)
             return found
+
+    def _refuse_unlike(self, model):
+        if model._address != self.model._address and self._watch.differs(model._address):
+            raise InputError(
+                "FieldForces: this data's model is a copy with other masses or shapes; make a FieldForces of it"
+            )
 
     def _at_centers(self):
         """The same with every body's mass at its centre, now: points around it may miss a field singular there."""
@@ -424,11 +426,10 @@ class FieldForces(Uncopied):
         """
         data = self._own(data)
         with self._lock:
+            self.refresh()
+            self._refuse_unlike(data.model)
+            self._sensed = _of_model(data.model, self._sensed)
             return sensors.readings(self, data, self._sensed)
-
-    @functools.cached_property
-    def _sensed(self):
-        return mujoco.MjData(self.model)
 
     def gravity_at(self, points, time: float | None = None) -> np.ndarray:
         """Accelerations (N, 3) by the field's gravity at points (N, 3) of the world, at data.time unless told."""
@@ -487,6 +488,11 @@ def _unlocked():
 
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_unlocked)
+
+
+def _of_model(model, data):
+    """The data, if it is of the model, or another one that is."""
+    return data if data.model._address == model._address else mujoco.MjData(model)
 
 
 def _reach(balls):

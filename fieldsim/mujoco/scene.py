@@ -59,7 +59,7 @@ class Scene:
 
     def _compose(self):
         """Make the world of what the model is now, and tell of what is left out."""
-        self._looks, world = self._looks_now(), self.given
+        self._looks, world = (_looks_of(self.model), self._held()), self.given
         stood_for = {geom for skin in self.skins for geom in skin.geoms}
         stood_for |= {g for g in range(self.model.ngeom) if self.model.geom(g).name in {p.name for p in self.planets}}
         self.geoms, geoms = self._shapes([g for g in seen_geoms(self.model) if g not in stood_for], "geom")
@@ -72,15 +72,14 @@ class Scene:
             self.world.add_shape(shapes, materials, name="MuJoCo")
         self._tell_what_is_left_out()
 
-    def _looks_now(self):
-        """What the picture's world is made of: the model's numbers, and what the given world holds."""
-        held = [one for value in vars(self.given).values() for one in (value if isinstance(value, list) else [value])]
-        return [getattr(self.model, name).tobytes() for name in LOOKS], held
+    def _held(self):
+        """What the given world holds, which the picture's world is made of, as of the model's looks."""
+        return [one for value in vars(self.given).values() for one in (value if isinstance(value, list) else [value])]
 
     def _changed(self):
-        (numbers, held), (numbers_now, held_now) = self._looks, self._looks_now()
+        (numbers, held), held_now = self._looks, self._held()
         same = len(held) == len(held_now) and all(map(operator.is_, held, held_now))
-        return numbers != numbers_now or not same
+        return numbers != _looks_of(self.model) or not same
 
     def _shapes(self, numbers, of):
         """The numbers of those that have a shape, and pairs of their shapes and materials."""
@@ -105,7 +104,8 @@ class Scene:
 
         base: a snapshot of the given world, for all but the model; unless told that world at data.time.
         Sizes and colours are the model's as they are now, and the world has what it has now.
-        Raises InputError for data of another model, and for a state that is not finite.
+        Raises InputError for data of another model, or of a copy that looks otherwise, and for a state that is not
+        finite.
         """
         alike(self.model, data, "Scene.snapshot")
         if not np.isfinite(data.xpos).all():
@@ -115,6 +115,11 @@ class Scene:
             )
         if self._changed():
             self._compose()
+        if data.model._address != self.model._address and _looks_of(data.model) != self._looks[0]:
+            raise InputError(
+                "Scene.snapshot: this data's model is a copy that looks otherwise, in sizes or colours, say; make a "
+                "Scene of it"
+            )
         if base is None:
             base = self.given.at(data.time)
         else:
@@ -131,8 +136,13 @@ class Scene:
     def _placed(self, data, of, numbers):
         """Positions (n, 3) and rotations (n, 4) of geoms or sites."""
         owners = getattr(self.model, f"{of}_bodyid")[numbers]
-        turns = quaternion.product(data.xquat[owners], getattr(self.model, f"{of}_quat")[numbers])
+        turns = quaternion.product(data.xquat[owners], getattr(data.model, f"{of}_quat")[numbers])
         return getattr(data, f"{of}_xpos")[numbers], turns
+
+
+def _looks_of(model):
+    """The numbers of which shapes and materials are made."""
+    return [getattr(model, name).tobytes() for name in LOOKS]
 
 
 def _all(name, value, kind, remedy):

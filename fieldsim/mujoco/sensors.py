@@ -78,9 +78,10 @@ def _kind(model, sensor):
 def readings(forces, data, now) -> np.ndarray:
     """What the sensors of a FieldForces' model read (nsensordata,), at the state of `data`; now: an MjData to work in.
 
-    As `mujoco.mj_forward` would give, with the field as gravity, and surfaces as what pushes.
+    As `mujoco.mj_forward` would give, with the field as gravity, and surfaces as what pushes. Of a copy's data the
+    copy's own numbers count.
     """
-    model = forces.model
+    model = now.model
     if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_SENSOR:
         raise InputError("FieldForces.readings: the model's option disables sensors; enable the flag sensor")
     mujoco.mj_copyData(now, model, data)
@@ -106,7 +107,7 @@ def _accelerations(forces, now, sensors):
     """Proper accelerations (3,) by sensor: of accelerometers in their frames, of frames in the world's."""
     if not sensors:
         return {}
-    model, found = forces.model, {}
+    model, found = now.model, {}
     frames = [_frame(model, now, int(model.sensor_objtype[k]), int(model.sensor_objid[k])) for k in sensors]
     pulls = forces.gravity_at(np.array([place for _, place, _ in frames]), now.time)
     for k, (body, _, axes), pull in zip(sensors, frames, pulls, strict=True):
@@ -137,7 +138,7 @@ def _holding(forces, now, sensors):
     """Forces and torques (3,) by sensor, in its site's frame, that hold its body and all that hangs on it."""
     if not sensors:
         return {}
-    model, found = forces.model, {}
+    model, found = now.model, {}
     held = now.cfrc_int - forces.hanging(now)
     for k in sensors:
         site = int(model.sensor_objid[k])

@@ -75,7 +75,8 @@ def skin(
     material: for all, but that each geom gives its own radius, times `swell`; None: every geom in its own colour.
     blobbiness: the material's unless told, or -2.5. Blending has its price: the softer, the more the surface draws in
     at the ends of parts by themselves, and bulges where parts meet; and it melts into surfaces of the world's bodies
-    where it touches them, as these do into each other. Planes and height fields have no skin.
+    where it touches them, as these do into each other. Planes and height fields have no skin. Sizes and colours are
+    those that the model has now: of what is changed later make another skin.
     Raises InputError for a body that is not there and for a tree without geoms to be seen.
     """
     model = model_of(model)

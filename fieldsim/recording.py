@@ -20,7 +20,7 @@ from fieldsim.copies import Uncopied
 from fieldsim.errors import FilmError, InputError
 from fieldsim.world import quaternion
 from fieldsim.world.motion import Pose
-from fieldsim.world.world import Snapshot, World
+from fieldsim.world.world import Snapshot, World, given_world
 
 
 class Recording(Uncopied):
@@ -263,5 +263,5 @@ class Recorded:
 
     def snapshots(self, world: World) -> Iterator[Snapshot]:
         """All snapshots in turn."""
-        validate.instance("Recorded.snapshots", "world", world, World, "give a fs.World")
+        given_world("Recorded.snapshots", world)
         return (self.snapshot(index, world) for index in range(len(self)))

@@ -28,6 +28,9 @@ _DEEPEST = 32
 _short = reprlib.Repr()
 _short.maxstring = _short.maxother = 100
 
+# Lengths and speeds whose powers, and those of their products with masses, are numbers.
+FARTHEST = 1e60
+
 # Words for arrays of numbers that would lose a meaning as real ones, by NumPy's kind of dtype.
 _MEANINGS = {
     "b": "truths",
@@ -265,6 +268,23 @@ def vector(owner: str, name: str, value) -> tuple[float, float, float]:
     if not np.isfinite(array).all():
         raise InputError(f"{owner}: {name} is {tuple(array.tolist())}; give finite coordinates")
     return tuple(array.tolist())
+
+
+def not_far(owner: str, name: str, array: np.ndarray) -> np.ndarray:
+    """`array` of finite numbers, none of a size beyond FARTHEST."""
+    if array.size and np.abs(array).max() > FARTHEST:
+        where = np.unravel_index(np.abs(array).argmax(), array.shape)
+        index = f"[{', '.join(map(str, where))}]" if where else ""
+        raise InputError(
+            f"{owner}: {name}{index} is {array[where]:g}, and powers of such numbers overflow; give numbers of at most "
+            f"{FARTHEST:g}, in another unit"
+        )
+    return array
+
+
+def near_vector(owner: str, name: str, value) -> tuple[float, float, float]:
+    """`value` as three floats of at most FARTHEST."""
+    return tuple(not_far(owner, name, np.array(vector(owner, name, value))).tolist())
 
 
 def direction(owner: str, name: str, value) -> tuple[float, float, float]:

@@ -146,3 +146,50 @@ def test_far_points(distance):
 def test_lengths_whose_powers_are_no_numbers(make, words):
     with pytest.raises(fs.InputError, match=words):
         make()
+
+
+HUGE = 1e200
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: fs.Pose((HUGE, 0, 0)),
+        lambda: fs.Spin(center=(0, HUGE, 0)),
+        lambda: fs.Rigid(velocity=(0, 0, HUGE)),
+        lambda: fs.Rigid(angular_velocity=(HUGE, 0, 0)),
+        lambda: fs.Rigid(center=(HUGE, 0, 0)),
+        lambda: fs.Rigid(mass=HUGE),
+        lambda: fs.Rigid(inertia=HUGE * np.eye(3)),
+        lambda: fs.World().add_particles([(HUGE, 0, 0)], [(0, 0, 0)]),
+        lambda: fs.World().add_particles([(0, 0, 0)], [(0, -HUGE, 0)]),
+        lambda: fs.World().add_particles([(0, 0, 0)], [(0, 0, 0)], gravity=fs.Newtonian(), mass=-HUGE),
+    ],
+)
+def test_what_moves_has_energies_that_are_numbers(make):
+    with pytest.raises(fs.InputError, match=r"1e\+60"):
+        make()
+
+
+def test_manoeuvres_and_flights_stay_within_what_numbers_hold():
+    world = fs.World()
+    world.add_body(fs.Body(fs.Point((0, 0, 0)), mass=1.0, motion=fs.Rigid((0, 3, 0))))
+    world.add_particles([(9e59, 0, 0)], [(1e60, 0, 0)])
+    simulation = fs.Simulation(world, fs.Leapfrog(1.0))
+    with pytest.raises(fs.InputError, match="velocities"):
+        simulation.set_particles(0, velocities=[(HUGE, 0, 0)])
+    with pytest.raises(fs.InputError, match="velocity"):
+        simulation.set_body(0, velocity=(HUGE, 0, 0))
+    assert np.isfinite(fs.energy(simulation.snapshot()).total).all()
+    with pytest.raises(fs.FieldsimError, match="particle 0 of set 0"):
+        simulation.advance(2.0)
+
+
+def test_steps_that_no_time_tells_apart_are_refused():
+    world = fs.World()
+    world.add_particles([(1, 0, 0)], [(0, 1, 0)])
+    with pytest.raises(fs.InputError, match="too short for times"):
+        fs.Simulation(world, fs.Leapfrog(1e-3), time=1e16).advance(1e16 + 2)
+    simulation = fs.Simulation(world, fs.Leapfrog(2.0), time=1e16)
+    simulation.advance(1e16 + 4)
+    np.testing.assert_allclose(simulation.positions[0], [(1, 4, 0)])

@@ -33,6 +33,9 @@ def arrays_of(simulation):
         found[f"bodies.{name}"] = getattr(bodies, name)
     found |= {f"events.{f.name}": getattr(events, f.name) for f in dataclasses.fields(events) if f.name != "made"}
     found["strengths"] = simulation.mutual.strengths
+    found["accelerations"] = bodies.accelerations()
+    found |= {f"wrenches.{name}": getattr(simulation.wrenches(), name) for name in ("forces", "torques")}
+    found |= {f"snapshot.spheres[{k}]": array for k, array in enumerate(snapshot.spheres)}
     return found
 
 
@@ -131,3 +134,64 @@ def test_a_snapshot_of_a_world_that_got_more_is_refused_when_used():
     for name in ("surface", "shapes", "spheres"):
         with pytest.raises(fs.InputError, match="2 positions for 3 sets"):
             getattr(snapshot, name)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda made: setattr(made, "escape_radius", 0.5),
+        lambda made: made.bodies.pop(0),
+        lambda made: made.bodies.append(made.bodies[0]),
+        lambda made: setattr(made, "particles", made.particles[1:]),
+    ],
+)
+def test_what_a_world_is_given_later_does_not_move_in_silence(change):
+    made = world()
+    simulation = fs.Simulation(made, fs.Leapfrog(0.01))
+    wanted = simulation.wrenches()
+    change(made)
+    for call in (lambda: simulation.advance(0.1), simulation.snapshot, simulation.wrenches):
+        with pytest.raises(fs.InputError, match="escape_radius"):
+            call()
+    # The free bodies still tell what acts on them.
+    np.testing.assert_array_equal(simulation.bodies.wrenches()[0], wanted.forces)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("bodies", ["planet"]),
+        ("particles", np.zeros((2, 3))),
+        ("shapes", None),
+        ("lights", 3),
+        ("background", "blue"),
+        ("fog", 0.2),
+        ("escape_radius", -1.0),
+        ("escape_radius", "far"),
+    ],
+)
+def test_what_is_assigned_to_a_world_is_checked(name, value):
+    made = world()
+    before = getattr(made, name)
+    with pytest.raises(fs.InputError, match=f"World: {name}"):
+        setattr(made, name, value)
+    assert getattr(made, name) is before
+
+
+@pytest.mark.parametrize("name", ["bodies", "particles", "shapes"])
+@pytest.mark.parametrize(
+    "use",
+    [
+        lambda made: made.at(0.0),
+        lambda made: made.replace(),
+        fs.Simulation,
+        lambda made: fs.poincare(made, fs.Section(), 1.0),
+        lambda made: fs.lyapunov(made, 1.0),
+        fs.common_spin,
+    ],
+)
+def test_what_is_put_into_a_worlds_lists_is_checked_when_it_is_used(name, use):
+    made = fs.World()
+    getattr(made, name).append(np.zeros((2, 3)))
+    with pytest.raises(fs.InputError, match=rf"{name}\[0\] is array"):
+        use(made)

@@ -5,6 +5,7 @@ import functools
 
 import numpy as np
 
+from fieldsim import validate
 from fieldsim.dynamics.mass_points import EXACT, mass_points
 from fieldsim.dynamics.sources import field_of_elements
 from fieldsim.dynamics.surfaces import REACH, with_reach
@@ -44,7 +45,7 @@ def mass_properties(body) -> MassProperties:
                 f"Body{_named(body)}: its mass is {body.mass!r}, which cannot be that of a free body; "
                 "give motion=fs.Rigid(mass=...) a mass above 0"
             )
-        mass = float(body.mass)
+        mass = validate.number(f"Body{_named(body)}", "mass", body.mass, at_most=validate.FARTHEST)
     if not isinstance(motion.inertia, str):
         center = np.zeros(3) if motion.center is None else np.array(motion.center)
         if motion.center is None:

@@ -20,7 +20,7 @@ from fieldsim.dynamics.state import State, added
 from fieldsim.dynamics.steps import Method, Particle, method_of, particle_at, put
 from fieldsim.errors import InputError
 from fieldsim.launch import checked_threads, launch
-from fieldsim.world.world import World
+from fieldsim.world.world import given_world
 
 MOST_SAMPLES = 1_000_000
 # Tangent vectors are made orthonormal every so many steps, before they fall onto one another.
@@ -53,7 +53,7 @@ def lyapunov(
     vectors. integrator: a splitting without force gradients (`Leapfrog()` unless told). Raises InputError for others,
     and where particles have a contact law, may escape or pull each other.
     """
-    validate.instance("lyapunov", "world", world, World, "give a fs.World")
+    given_world("lyapunov", world)
     refuse("lyapunov", "lyapunov", world)
     duration = validate.number("lyapunov", "duration", duration, above=0.0)
     # As many as phase space has dimensions.

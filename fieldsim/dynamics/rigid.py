@@ -53,7 +53,8 @@ class FreeBodies(Uncopied):
     _remedy = "copy what it gives, such as bodies.centers"
 
     def __init__(self, world, time: float):
-        self.world = world
+        # A copy: what the world is given later does not move here.
+        self.world = world = world.replace()
         self.starts: list[FreeBody] = [free_body(i, body) for i, body in enumerate(world.bodies) if body.free]
         self._number = {start.index: b for b, start in enumerate(self.starts)}
         if not self.starts:
@@ -253,7 +254,7 @@ class FreeBodies(Uncopied):
     def accelerations(self) -> np.ndarray:
         """Of the centres of mass, now, (B, 3)."""
         self.potential_energy()
-        return self._state.force.numpy() / self.masses[:, None]
+        return read_only(self._state.force.numpy() / self.masses[:, None])
 
     @property
     def pairs(self) -> int:
@@ -296,7 +297,7 @@ class FreeBodies(Uncopied):
         count = len(self)
         found = np.zeros((2, len(self.world.bodies), count, 3))
         if not count:
-            return tuple(found)
+            return tuple(map(read_only, found))
         pairs = [wp.empty((count, count), dtype=wp.vec3d, device=HOST) for _ in range(3)]
         (_, masses), (_, shells) = self._kinds
         launch(pair_kernel(masses, shells), count**2, [self._masses, self._shells, self._state], pairs, device=HOST)
@@ -311,7 +312,7 @@ class FreeBodies(Uncopied):
                 sources = (Sources(alone, role, self.time, prescribed=True) for role in ("gravity", "surface"))
                 self._acting(*sources, *feeling, self._state)
                 found[:, index] = self._state.force.numpy(), self._state.torque.numpy()
-        return tuple(found)
+        return tuple(map(read_only, found))
 
 
 def _splitting(method) -> Splitting:

@@ -18,7 +18,7 @@ from fieldsim.dynamics.steps import Method, advance_of, method_of, part_of, part
 from fieldsim.errors import InputError
 from fieldsim.launch import checked_threads, launch
 from fieldsim.world.motion import Spin
-from fieldsim.world.world import World
+from fieldsim.world.world import given_world
 
 # Halvings and Newton steps towards a crossing at most.
 REFINEMENTS = wp.constant(60)
@@ -82,7 +82,7 @@ def poincare(world, section: Section, duration: float, integrator=None, *, devic
     the plane twice within one step only touches it, and is not seen to. Bodies move as they do in a simulation, free
     ones too. Raises InputError where particles have a contact law, may escape or pull each other.
     """
-    validate.instance("poincare", "world", world, World, "give a fs.World")
+    given_world("poincare", world)
     validate.instance("poincare", "section", section, Section, "give a fs.Section")
     threads = checked_threads("poincare", threads)
     refuse("poincare", "poincare", world)

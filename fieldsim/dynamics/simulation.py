@@ -29,7 +29,7 @@ from fieldsim.dynamics.surfaces import Surfaces
 from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
 from fieldsim.launch import checked_threads, device_named, launch
 from fieldsim.world.contact import Status
-from fieldsim.world.world import Snapshot, World
+from fieldsim.world.world import Snapshot, given_world
 
 # Events in the log of all particles at most: some gigabytes.
 MOST_EVENTS = 50_000_000
@@ -39,6 +39,11 @@ LAUNCH_WORK = 2_000_000
 LAUNCH_ROWS = 65_536
 # Where the field of the surfaces changes by more, something that rested has lost its ground.
 GROUND = 1e-3
+
+
+def _parts_of(world):
+    """What of a world a simulation is made of."""
+    return (*world.bodies, *world.particles, world.escape_radius)
 
 
 class Simulation(Uncopied):
@@ -55,9 +60,9 @@ class Simulation(Uncopied):
     def __init__(
         self, world, integrator=None, *, time: float = 0.0, device=None, threads: int | None = None, log: int = 4
     ):
-        self.world = validate.instance("Simulation", "world", world, World, "give a fs.World")
+        self.world = given_world("Simulation", world)
         # What moves here: what the world is given later would move nothing.
-        self._parts = (*world.bodies, *world.particles)
+        self._parts = _parts_of(world)
         self._time = validate.number("Simulation", "time", time)
         self.device = device_named(device)
         self.threads = threads = checked_threads("Simulation", threads)
@@ -157,11 +162,11 @@ class Simulation(Uncopied):
             raise InputError(
                 f"Simulation: its integrator was {self._method} and is now {self.integrator!r}; make another Simulation"
             )
-        now = (*self.world.bodies, *self.world.particles)
+        now = _parts_of(self.world)
         if len(now) != len(self._parts) or any(one is not other for one, other in zip(now, self._parts, strict=True)):
             raise InputError(
-                "Simulation: its world has been given or has lost bodies or particles since the Simulation was made; "
-                "make another Simulation of it"
+                "Simulation: its world has been given or has lost bodies or particles, or its escape_radius has "
+                "changed, since the Simulation was made; make another Simulation of it"
             )
 
     def advance(self, until: float) -> None:
@@ -188,6 +193,12 @@ class Simulation(Uncopied):
     def _march(self, until):
         """Equal steps to the time `until`."""
         count, dt = self.integrator.steps(until - self.time)
+        grain = np.spacing(max(abs(until), abs(self.time)))
+        if count and dt < grain:
+            raise InputError(
+                f"Simulation.advance: dt is {dt:g}, too short for times about {until:g}, which are {grain:.2g} apart; "
+                "let the run start at an earlier time, or give a longer dt"
+            )
         start = self.time
         self._balls.begin = start
         if self._count or self._free:
@@ -199,7 +210,7 @@ class Simulation(Uncopied):
 
     def _refuse_nonsense(self):
         for index, (x, v) in enumerate(zip(self.positions, self.velocities, strict=True)):
-            bad = np.flatnonzero(~np.isfinite([x, v]).all(axis=(0, 2)))
+            bad = np.flatnonzero(~(np.abs([x, v]) <= validate.FARTHEST).all(axis=(0, 2)))
             if bad.size:
                 finer = "" if self.radau else ", or shorten dt"
                 raise FieldsimError(
@@ -280,7 +291,8 @@ class Simulation(Uncopied):
         now = {"positions": self._state.x, "velocities": self._state.v, "spins": self._balls.spins}
         arrays = {name: array.numpy().copy() for name, array in now.items()}
         for name, value in given.items():
-            arrays[name][rows] = validate.numbers(who, name, value, shape=(self._sizes[index], 3))
+            value = validate.numbers(who, name, value, shape=(self._sizes[index], 3))
+            arrays[name][rows] = validate.not_far(who, name, value)
         changed = np.any([arrays[name] != array.numpy() for name, array in now.items()], axis=(0, 2))
         x = self._release(wp.array(arrays["positions"], dtype=wp.vec3d, device=self.device), changed)
         refuse_particles_on_sources(self.world, self._free.poses_with(self.time), self.time, self._sets(x))
@@ -308,7 +320,7 @@ class Simulation(Uncopied):
         if not body.free:
             raise InputError(f"{who}: {body_name(index, body)} moves as it is told; give it motion=fs.Rigid()")
         given = {"position": position, "velocity": velocity, "angular_velocity": angular_velocity}
-        given = {name: validate.vector(who, name, value) for name, value in given.items() if value is not None}
+        given = {name: validate.near_vector(who, name, v) for name, v in given.items() if v is not None}
         if rotation is not None:
             given["rotation"] = tuple(validate.numbers(who, "rotation", rotation, shape=(4,)).tolist())
         if not given:
@@ -421,6 +433,7 @@ class Simulation(Uncopied):
 
     def wrenches(self) -> Wrenches:
         """Forces and torques of every body on every free one, now, world frame."""
+        self._refuse_changes()
         return wrenches(self._free)
 
     def snapshot(self) -> Snapshot:

@@ -15,7 +15,7 @@ from fieldsim.mujoco.planet import PlanetGeom
 from fieldsim.mujoco.skins import Skin
 from fieldsim.mujoco.undrawn import undrawn
 from fieldsim.world import quaternion
-from fieldsim.world.world import Snapshot, World
+from fieldsim.world.world import Snapshot, World, given_world
 
 # What shapes and materials are made of.
 LOOKS = (
@@ -48,7 +48,7 @@ class Scene:
     """
 
     def __init__(self, world: World, model, *, skins=(), planets=()):
-        self.given = validate.instance("Scene", "world", world, World, "give a fs.World")
+        self.given = given_world("Scene", world)
         self.model = model_of(model)
         self.skins = _all("skins", skins, Skin, "fs.mujoco.skin(model)")
         self.planets = _all("planets", planets, PlanetGeom, "fs.mujoco.planet_geom(body)")

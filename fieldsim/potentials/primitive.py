@@ -10,7 +10,7 @@ from fieldsim import validate
 from fieldsim.errors import InputError
 
 # Lengths within which fields are right to rounding: their fourth powers are numbers.
-LEAST, MOST = 1e-60, 1e60
+LEAST, MOST = 1e-60, validate.FARTHEST
 
 
 @dataclasses.dataclass(frozen=True)

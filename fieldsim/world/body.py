@@ -159,8 +159,10 @@ class Particles:
     G: float = 1.0
 
     def __post_init__(self):
-        positions = validate.points("Particles", "positions", self.positions)
-        velocities = validate.points("Particles", "velocities", self.velocities)
+        positions, velocities = (
+            validate.not_far("Particles", name, validate.points("Particles", name, getattr(self, name)))
+            for name in ("positions", "velocities")
+        )
         if positions.shape != velocities.shape:
             raise InputError(
                 f"Particles: positions have shape {positions.shape} but velocities {velocities.shape}; "
@@ -173,7 +175,7 @@ class Particles:
         validate.instance("Particles", "contact", self.contact, (*LAWS, type(None)), laws)
         validate.instance("Particles", "gravity", self.gravity, Kernel | None, KERNEL)
         validate.text("Particles", "name", self.name)
-        validate.fields(self, validate.number, "mass", "G")
+        validate.fields(self, validate.number, "mass", "G", at_least=-validate.FARTHEST, at_most=validate.FARTHEST)
         color_rgb("Particles", self.color)
 
     def __len__(self) -> int:

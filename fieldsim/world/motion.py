@@ -21,7 +21,7 @@ class Pose:
 
     def __post_init__(self):
         owner, remedy = type(self).__name__, "give a unit quaternion (w, x, y, z)"
-        validate.fields(self, validate.vector, "position")
+        validate.fields(self, validate.near_vector, "position")
         rotation = validate.numbers(owner, "rotation", self.rotation, shape=(4,), remedy=remedy)
         size = np.abs(rotation).max()
         if size == 0.0:
@@ -83,7 +83,7 @@ class Spin:
 
     def __post_init__(self):
         validate.fields(self, validate.direction, "axis")
-        validate.fields(self, validate.vector, "center")
+        validate.fields(self, validate.near_vector, "center")
         validate.fields(self, validate.number, "rate", "phase")
 
     def __call__(self, time: float) -> Pose:

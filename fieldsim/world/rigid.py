@@ -46,11 +46,11 @@ class Rigid(Pose):
         given = self.rotation
         super().__post_init__()
         _warn_of_length(given)
-        validate.fields(self, validate.vector, "velocity", "angular_velocity")
+        validate.fields(self, validate.near_vector, "velocity", "angular_velocity")
         for name, check, limits in (
-            ("center", validate.vector, {}),
-            ("mass", validate.number, {"above": 0.0}),
-            ("stiffness", validate.number, {"above": 0.0}),
+            ("center", validate.near_vector, {}),
+            ("mass", validate.number, {"above": 0.0, "at_most": validate.FARTHEST}),
+            ("stiffness", validate.number, {"above": 0.0, "at_most": validate.FARTHEST}),
         ):
             object.__setattr__(self, name, validate.optional(check, "Rigid", name, getattr(self, name), **limits))
         if not (isinstance(self.inertia, str) and self.inertia in INERTIAS):
@@ -72,6 +72,7 @@ def _matrix(inertia):
     """A checked inertia tensor, as rows of floats."""
     what = "give 'skeleton', 'solid' or a symmetric, positive definite matrix (3, 3)"
     matrix = validate.numbers("Rigid", "inertia", inertia, shape=(3, 3), remedy=what)
+    validate.not_far("Rigid", "inertia", matrix)
     if not np.allclose(matrix, matrix.T, rtol=1e-9, atol=1e-12 * np.abs(matrix).max()):
         raise InputError(f"Rigid: inertia is {matrix.tolist()}, which is not symmetric; {what}")
     moments = np.linalg.eigvalsh(matrix)

@@ -8,7 +8,7 @@ import warnings
 import numpy as np
 
 from fieldsim import validate
-from fieldsim.arrays import kept
+from fieldsim.arrays import kept, read_only
 from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.potentials import cells
 from fieldsim.potentials.field import Field
@@ -25,7 +25,8 @@ class World:
     """What there is. Plain values: physics and pictures read them.
 
     escape_radius: a particle farther than this from the origin has escaped: it stays where it is. None: none ever does.
-    bodies, particles, shapes: lists of what was added.
+    bodies, particles, shapes: lists of what was added. What is assigned to these, and to the options, is checked as
+    what is given; what is put into a list is when the world is used.
     """
 
     def __init__(
@@ -39,16 +40,17 @@ class World:
         self.bodies: list[Body] = []
         self.particles: list[Particles] = []
         self.shapes: list[ShapeGroup] = []
-        remedy = "give fs.PointLight or fs.DirectionalLight"
-        self.lights = validate.instances("World", "lights", lights, Light, remedy)
-        remedy = "give fs.Background(top, bottom), or None"
-        background = validate.instance("World", "background", background, Background | None, remedy)
-        self.background = background or Background()
-        self.fog = validate.instance("World", "fog", fog, Fog | None, "give fs.Fog(density), or None")
-        self.escape_radius = validate.optional(validate.number, "World", "escape_radius", escape_radius, above=0.0)
+        self.lights, self.background, self.fog, self.escape_radius = lights, background, fog, escape_radius
         if not self.lights:
             words = "World: there are no lights, only the background's own; give lights=[fs.DirectionalLight(...)]"
             warnings.warn(words, FieldsimWarning, stacklevel=2)
+
+    def __setattr__(self, name, value):
+        if name in _LISTS:
+            value = list(_things("World", name, value))
+        elif name in _OPTIONS:
+            value = _OPTIONS[name](value)
+        object.__setattr__(self, name, value)
 
     def add_body(self, body: Body) -> Body:
         """Add a body and return it."""
@@ -79,25 +81,22 @@ class World:
 
         The copy has lists of its own, of the same bodies, particles and shapes. Raises InputError as World does.
         """
-        lists = {"bodies": Body, "particles": Particles, "shapes": ShapeGroup}
-        others = ("lights", "background", "fog", "escape_radius")
         for name in changes:
-            if name not in lists and name not in others:
-                raise InputError(f"World.replace: a world has no {name!r}; give {', '.join([*lists, *others])}")
-        checked = World(**{name: value for name, value in changes.items() if name in others})
+            if name not in _LISTS and name not in _OPTIONS:
+                raise InputError(f"World.replace: a world has no {name!r}; give {', '.join([*_LISTS, *_OPTIONS])}")
+        if "lights" in changes:
+            World(lights=changes["lights"])  # which warns where there are none
         copied = copy.copy(self)
-        for name in others:
-            if name in changes:
-                setattr(copied, name, getattr(checked, name))
-        for name, kind in lists.items():
-            values = changes.get(name, getattr(self, name))
-            remedy = f"give a list of {kind.__name__}, as world.{name} is"
-            setattr(copied, name, list(validate.instances("World.replace", name, values, kind, remedy)))
+        for name in _LISTS:
+            setattr(copied, name, _things("World.replace", name, changes.get(name, getattr(self, name))))
+        for name in _OPTIONS:
+            setattr(copied, name, changes.get(name, getattr(self, name)))
         return copied
 
     def at(self, time: float) -> "Snapshot":
         """The world at `time`: bodies with a motion as they are then, free ones and particles as they start."""
         time = validate.number("World.at", "time", time)
+        given_world("World.at", self)
         return Snapshot(
             self,
             time,
@@ -105,6 +104,44 @@ class World:
             tuple(p.positions for p in self.particles),
             tuple(p.velocities for p in self.particles),
         )
+
+
+_LISTS = {"bodies": Body, "particles": Particles, "shapes": ShapeGroup}
+
+
+def _lights(value):
+    return validate.instances("World", "lights", value, Light, "give fs.PointLight or fs.DirectionalLight")
+
+
+def _background(value):
+    remedy = "give fs.Background(top, bottom), or None"
+    return validate.instance("World", "background", value, Background | None, remedy) or Background()
+
+
+def _fog(value):
+    return validate.instance("World", "fog", value, Fog | None, "give fs.Fog(density), or None")
+
+
+def _escape_radius(value):
+    return validate.optional(validate.number, "World", "escape_radius", value, above=0.0)
+
+
+# How the options of a world are checked.
+_OPTIONS = {"lights": _lights, "background": _background, "fog": _fog, "escape_radius": _escape_radius}
+
+
+def _things(owner, name, value):
+    """What is in one of a world's lists, checked."""
+    kind = _LISTS[name]
+    return validate.instances(owner, name, value, kind, f"give a list of {kind.__name__}, as world.{name} is")
+
+
+def given_world(owner: str, value) -> World:
+    """`value`, a world with nothing but bodies, particles and shapes in its lists."""
+    validate.instance(owner, "world", value, World, "give a fs.World")
+    for name in _LISTS:
+        _things(owner, name, getattr(value, name))
+    return value
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -124,7 +161,7 @@ class Snapshot:
     shape_poses: tuple[tuple[np.ndarray, np.ndarray], ...] | None = None
 
     def __post_init__(self):
-        validate.instance("Snapshot", "world", self.world, World, "give a fs.World")
+        given_world("Snapshot", self.world)
         object.__setattr__(self, "time", validate.number("Snapshot", "time", self.time))
         poses = validate.instances("Snapshot", "poses", self.poses, Pose, "give a fs.Pose for each body")
         object.__setattr__(self, "poses", poses)
@@ -216,10 +253,10 @@ class Snapshot:
         self._refuse_misfit()
         sets = self.world.particles
         if not sets:
-            return np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3))
+            return tuple(map(read_only, (np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3)))))
         radii = np.concatenate([np.full(len(p), p.radius) for p in sets])
         colors = np.concatenate([np.tile(color_rgb("Particles", p.color), (len(p), 1)) for p in sets])
-        return np.concatenate(self.positions), radii, colors
+        return tuple(map(read_only, (np.concatenate(self.positions), radii, colors)))
 
 
 def _pair(name, value, remedy):

@@ -1,6 +1,27 @@
 """Copies and pickles: values take them; what is tied to its process refuses them in words."""
 
+import os
+import threading
+
 from fieldsim.errors import InputError
+
+
+class ThreadLock:
+    """A lock that one thread at a time holds, as often as it likes; a forked child has it free: its holder is not there."""
+
+    def __init__(self):
+        self._free()
+        if hasattr(os, "register_at_fork"):
+            os.register_at_fork(after_in_child=self._free)
+
+    def _free(self):
+        self._lock = threading.RLock()
+
+    def __enter__(self):
+        self._lock.acquire()
+
+    def __exit__(self, *_):
+        self._lock.release()
 
 
 class Uncopied:

@@ -14,10 +14,10 @@ import pathlib
 import shutil
 import sys
 import tempfile
-import threading
 
 import warp as wp
 
+from fieldsim.copies import ThreadLock
 from fieldsim.errors import FieldsimError
 
 try:
@@ -33,7 +33,7 @@ _DIGEST = ".sha256"
 _ROOM = 1 << 20
 
 # Loading changes Warp's tables, and locks on files are not between threads.
-_threads = threading.RLock()
+_threads = ThreadLock()
 
 
 def prepare() -> None:

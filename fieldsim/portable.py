@@ -16,10 +16,12 @@ Whatever else a target lacks, or takes differently, is refused with a PortableEr
 
 import dis
 import functools
+import threading
 import types
 from typing import Any
 
 from fieldsim import portable_rules
+from fieldsim.copies import ThreadLock
 from fieldsim.errors import PortableError
 
 real = float
@@ -36,6 +38,10 @@ class Indices:
 _MARKS = (real, int, bool, Table, Indices)
 
 
+# One thread makes twins at a time: neither what is half made nor Warp's and numba's tables are for others.
+_compiling = ThreadLock()
+
+
 class Portable:
     """A scalar function and its compiled twins. Made by `portable`; see the module's text."""
 
@@ -43,7 +49,7 @@ class Portable:
         self.function = function
         self.bindings = dict(bindings or {})
         self._twins: dict[tuple, Any] = {}
-        self._making = False
+        self._maker = None
         functools.update_wrapper(self, function)
 
     def __call__(self, *args):
@@ -76,16 +82,20 @@ class Portable:
     def _twin(self, target, scalar):
         key = target, scalar
         if key not in self._twins:
-            if self._making:
-                raise PortableError(
-                    f"portable function {self.__module__}.{self.__qualname__} calls itself; write a loop"
-                )
-            self._making = True
-            try:
-                self._twins[key] = _compile(self._source(target, scalar), target)
-            finally:
-                self._making = False
+            with _compiling:
+                if key not in self._twins:
+                    self._twins[key] = self._made(target, scalar)
         return self._twins[key]
+
+    def _made(self, target, scalar):
+        me = threading.get_ident()
+        if self._maker == me:
+            raise PortableError(f"portable function {self.__module__}.{self.__qualname__} calls itself; write a loop")
+        self._maker = me
+        try:
+            return _compile(self._source(target, scalar), target)
+        finally:
+            self._maker = None
 
     def _source(self, target, scalar):
         """The function with the target's scalar and the target's twins of the functions it calls."""

@@ -1,7 +1,11 @@
 """One Python function, the same numbers on every target; what a target lacks is refused by name."""
 
 import math
+import os
 import sys
+import threading
+import time
+import warnings
 
 import numba
 import numpy as np
@@ -9,6 +13,8 @@ import pytest
 import warp as wp
 
 from fieldsim import launch, portable_rules
+from fieldsim import portable as portable_module
+from fieldsim.copies import ThreadLock
 from fieldsim.errors import PortableError
 from fieldsim.portable import Indices, Portable, Table, portable, real
 from fieldsim.potentials.special import log1p
@@ -325,3 +331,52 @@ def test_refusal_of_a_called_function_names_that_function():
 def test_only_global_names_can_be_bound():
     with pytest.raises(PortableError, match="'nothing'"):
         applied.bind(nothing=1.0)
+
+
+@pytest.mark.parametrize("target", [lambda f: f.warp(wp.float64), lambda f: f.numba])
+def test_threads_that_want_a_twin_at_once_get_one(target, monkeypatch):
+    made, compiled = [], portable_module._compile
+
+    def slowly(*arguments):
+        made.append(arguments)
+        time.sleep(0.1)
+        return compiled(*arguments)
+
+    monkeypatch.setattr(portable_module, "_compile", slowly)
+
+    @portable
+    def function(x: real):
+        return x
+
+    twins = []
+    threads = [threading.Thread(target=lambda: twins.append(target(function))) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(made) == 1
+    assert len(twins) == 4
+    assert len(set(map(id, twins))) == 1
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
+def test_a_forked_child_has_the_locks_of_its_parents_threads_free():
+    lock, held, done = ThreadLock(), threading.Event(), threading.Event()
+
+    def hold():
+        with lock:
+            held.set()
+            done.wait()
+
+    holder = threading.Thread(target=hold)
+    holder.start()
+    held.wait()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # newer Pythons warn of threads
+        child = os.fork()
+    if child == 0:
+        with lock:
+            os._exit(7)
+    done.set()
+    holder.join()
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7

@@ -135,7 +135,7 @@ def _turned(vectors, axes, angles):
 
 def box(count: int, *, low, high, velocity=(0, 0, 0), seed: int) -> dict:
     """`count` points spread evenly over the box between the corners `low` and `high`, all with `velocity`."""
-    low, high = (np.array(validate.vector("box", name, value)) for name, value in (("low", low), ("high", high)))
+    low, high = (np.array(validate.near_vector("box", name, value)) for name, value in (("low", low), ("high", high)))
     if (low > high).any():
         raise InputError(f"box: low {tuple(low.tolist())} is above high {tuple(high.tolist())}; swap the coordinates")
     positions = _generator("box", seed).uniform(low, high, (_count("box", count), 3))

@@ -126,6 +126,13 @@ def test_too_many_that_pull_are_refused_by_number(monkeypatch):
         fs.Simulation(world, "auto")
 
 
+def test_candidates_that_cannot_move_a_world_are_refused_in_words():
+    world = fs.World()
+    world.add_particles([(1, 0, 0), (-1, 0, 0)], [(0, 0.5, 0), (0, -0.5, 0)], gravity=fs.Newtonian())
+    with pytest.raises(fs.InputError, match=r"no candidate can move this world: particles of set 0 pull each other"):
+        fs.Simulation(world, fs.Auto(candidates=(fs.Radau, fs.Chin4)))
+
+
 def test_samples_lose_nothing():
     rng = np.random.default_rng(0)
     world = fs.World(fog=fs.Fog(0.1), escape_radius=9.0)

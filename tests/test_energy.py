@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fieldsim.dynamics.diagnostics import angular_momentum, energy, jacobi
+from fieldsim.dynamics.energy_log import EnergyLog
 from fieldsim.dynamics.integrators import Leapfrog
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.potentials.circle import Circle
@@ -108,3 +109,14 @@ def test_free_fall_along_the_axis_of_the_ring_has_the_period_of_the_exact_soluti
     # Phase error of leapfrog: (omega dt)^2 / 24 of the time elapsed.
     np.testing.assert_allclose(seen, [(0, 0, 0), (0, 0, -height), (0, 0, height)], atol=2e-6)
     np.testing.assert_array_equal(np.array(seen)[:, :2], 0.0)
+
+
+def test_a_report_says_that_particles_escaped():
+    world = World(escape_radius=3.0)
+    world.add_body(Body(RING, gravity=Newtonian(), mass=1.0))
+    world.add_particles([(2.5, 0, 0)], [(3, 0, 0)])
+    simulation = Simulation(world, Leapfrog(0.01))
+    log = EnergyLog(simulation)
+    simulation.advance(1.0)
+    log.record()
+    assert str(log.report()) == "energy not judged: all 1 particles touched a surface or escaped"

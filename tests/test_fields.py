@@ -165,6 +165,13 @@ def test_fields_add_and_scale():
         np.testing.assert_allclose(field.gradient(POINTS), expected, rtol=1e-13, atol=1e-13)
 
 
+def test_factors_by_which_strengths_overflow_are_refused():
+    field = Field(BONE, Gaussian(2.0), 1e10)
+    for one in (field, Field.of_elements(field.elements)):
+        with pytest.raises(InputError, match="overflows"):
+            1e300 * one
+
+
 def test_one_strength_per_primitive():
     assert_same(
         Field([BONE, BALL], Newtonian(0.2), [2.0, -3.0]),

@@ -160,7 +160,10 @@ class _Search:
         self.auto, self.simulate, self.aim = auto, simulate, auto.tolerance
         # In trials nothing escapes: what a bad step throws out would no longer be judged.
         self.start, self.radius = Trial(sampled(world.replace(escape_radius=None)), time), world.escape_radius
-        self.methods = [m for m in auto.candidates if not method_refusal(m(), world)]
+        refusals = {method: method_refusal(method(), world) for method in auto.candidates}
+        self.methods = [method for method in auto.candidates if not refusals[method]]
+        if not self.methods:
+            raise InputError(f"Auto: no candidate can move this world: {refusals[auto.candidates[0]]}")
 
     def choice(self) -> Choice:
         """The best method and step, and until when they are."""

@@ -26,9 +26,9 @@ class EnergyReport:
 
     invariant: "energy", "Jacobi integral", "energy less work", or "" where no particle is judged by itself; largest,
     rms: drift since the start relative to each particle's kinetic plus absolute potential energy there, over all
-    moments recorded; particles: how many never touched a surface and so were judged, of `total`; work: what moving
-    sources did on those, per unit mass, in sum. totals: drifts of what free bodies, or particles that pull each other,
-    keep together (see `Drift`). manoeuvres: what manoeuvres gave to those particles, per unit mass, in sum.
+    moments recorded; particles: how many neither touched a surface nor escaped and so were judged, of `total`; work:
+    what moving sources did on those, per unit mass, in sum. totals: drifts of what free bodies, or particles that pull
+    each other, keep together (see `Drift`). manoeuvres: what manoeuvres gave to those particles, per unit mass, in sum.
     """
 
     invariant: str
@@ -50,8 +50,8 @@ class EnergyReport:
         if not self.invariant:
             return "no invariant to judge particles by: what pulls them moves in ways of its own"
         if not self.particles:
-            return f"{self.invariant} not judged: all {self.total} particles touched a surface"
-        judged = f"{self.particles} of {self.total} particles, those that never touched a surface"
+            return f"{self.invariant} not judged: all {self.total} particles touched a surface or escaped"
+        judged = f"{self.particles} of {self.total} particles, those that neither touched a surface nor escaped"
         work = f"; the moving bodies did work {self.work:.3g}" if self.work else ""
         given = f"; manoeuvres gave {self.manoeuvres:.3g}" if self.manoeuvres else ""
         return f"{self.invariant} drift at most {self.largest:.1e}, rms {self.rms:.1e} ({judged}){work}{given}"

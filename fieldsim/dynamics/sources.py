@@ -111,7 +111,7 @@ def _rows_of(index, body, shape, elements, times, poses_of):
         return cells.place(local, rotations[:, None], positions[:, None])
     except InputError as reason:
         name = f" ({body.name})" if body.name else ""
-        raise InputError(f"Body {index}{name}, between times {times[0]:g} and {times[-1]:g}: {reason}") from None
+        raise InputError(f"Body {index}{name}, between times {min(times):g} and {max(times):g}: {reason}") from None
 
 
 def _poses(body, times):

@@ -193,7 +193,15 @@ class Field:
     def __mul__(self, factor: float) -> "Field":
         _refuse_operand("factor", factor, numbers.Real, "a number")
         factor = validate.number("Field", "factor", factor)
-        return Field.of_terms((term.scaled(factor) for term in self.terms), (e.scaled(factor) for e in self.packed))
+        with np.errstate(over="ignore"):
+            scaled = Field.of_terms(
+                (term.scaled(factor) for term in self.terms), (e.scaled(factor) for e in self.packed)
+            )
+        strengths = [term.strength for term in scaled.terms if not callable(term.strength)]
+        strengths += [strength for e in scaled.packed for strength in e.rows[:, cells.STRENGTH].tolist()]
+        if not np.isfinite(strengths).all():
+            raise InputError(f"Field: factor is {factor:g}, by which a strength overflows; give a smaller one")
+        return scaled
 
     __rmul__ = __mul__
 

@@ -7,7 +7,7 @@ from fieldsim.errors import InputError
 
 
 class ThreadLock:
-    """A lock that one thread at a time holds, as often as it likes; a forked child has it free: its holder is not there."""
+    """A lock that one thread at a time holds, as often as it likes, and that is free in a forked child."""
 
     def __init__(self):
         self._free()

@@ -202,6 +202,34 @@ def test_a_jump_is_passed():
     np.testing.assert_allclose(run.positions[0] - (1.0, 0, 0), after.positions[0], rtol=0, atol=1e-8)
 
 
+@pytest.mark.parametrize("unit", [1e-20, 1e-12, 1e9])
+@pytest.mark.parametrize("start", [0.0, 0.5])
+def test_moving_sources_in_any_unit_of_time(unit, start):
+    def end(unit):
+        world = World()
+        motion = lambda t: (0.3 * math.sin(t / unit), 0.1 * math.cos(3 * t / unit), 0.0)  # noqa: E731
+        world.add_body(Body(Point((0, 0, 0)), gravity=Newtonian(0.1), motion=motion, G=1 / unit**2))
+        world.add_particles([(1.2, 0, 0.1)], [(0, 0.8 / unit, 0)])
+        simulation = Simulation(world, Radau(), time=start * unit)
+        simulation.advance((start + 3.0) * unit)
+        return simulation.positions[0]
+
+    np.testing.assert_allclose(end(unit), end(1.0), atol=1e-12)
+
+
+def test_a_jump_at_the_start_is_passed():
+    world = World()
+    world.add_body(Body(Point((0, 0, 0)), gravity=Newtonian(0.1), mass=lambda t: 9.0 if t <= 0 else 1.0))
+    world.add_particles([(1.0, 0, 0)], [(0, 1.0, 0)])
+    still = World()
+    still.add_body(Body(Point((0, 0, 0)), gravity=Newtonian(0.1)))
+    still.add_particles([(1.0, 0, 0)], [(0, 1.0, 0)])
+    runs = [Simulation(one, Radau()) for one in (world, still)]
+    for run in runs:
+        run.advance(3.0)
+    np.testing.assert_allclose(runs[0].positions[0], runs[1].positions[0], atol=1e-12)
+
+
 def test_a_fall_into_a_bare_point_ends_with_a_clear_error():
     run = simulation(STAR, [[1.0, 0.5, 0.0], [3.0, 0.0, 0.0]], [[0.0, 0.0, 0.0], [0.0, 0.5, 0.0]])
     with pytest.raises(

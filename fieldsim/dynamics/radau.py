@@ -35,6 +35,10 @@ class Radau(Integrator):
     Each particle has its own steps, about tau (5040 tolerance)^(1/7) long, tau the time in which its acceleration
     changes. From a tolerance of 1e-7 down rounding is all that is left on smooth orbits. Positions at the times asked
     for come from each step's polynomial, so that being asked costs no step and changes nothing.
+
+    Motions, masses and skeletons that are functions of time are sampled ahead, beyond the time asked for, too, and
+    interpolated to rounding over spans as long as that allows; what happens between samples alone, such as a jolt that
+    lasts a small part of a smooth span, is not seen.
     Everhart 1985; Rein & Spiegel 2015; Pham, Rein & Spiegel 2024.
     """
 

@@ -19,8 +19,10 @@ from fieldsim.world.motion import Keyframes
 DEGREE = 20
 # A first try; later windows are at most twice as long as the one before.
 FIRST_LENGTH = 1.0
-# Windows this much shorter than the longest are taken as they are: they straddle a jump.
+# Windows this much shorter than the longest are taken as they are: they straddle a jump. The first window may be short
+# because of the unit of time, so it is halved much farther, as if the longest were no longer than NO_LENGTH.
 SHORTEST = 2.0**-30
+NO_LENGTH = 2.0**-170
 # How far an interpolant may be off, relative to the coordinates.
 AGREEMENT = 4e-15
 
@@ -97,7 +99,7 @@ class Windows:
         self._sources = sources
         self._device = device
         self._keys = keyframes(world)
-        self._length = self._longest = FIRST_LENGTH
+        self._length, self._longest = FIRST_LENGTH, NO_LENGTH
         self.start, self.end = start, start if sources.moving else math.inf
         self.rows = np.zeros((0, cells.WIDTH))
         self.window = Window()

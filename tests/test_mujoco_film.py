@@ -1,5 +1,6 @@
 """Experiments: MuJoCo models in the fields of a world, run, filmed and replayed; the scenarios with models."""
 
+import math
 import time
 
 import imageio.v3 as imageio
@@ -74,6 +75,14 @@ def test_a_control_that_moves_the_clock_is_refused(control):
     run, _ = ball_experiment(control=control).begin()
     with pytest.raises(fs.FieldsimError, match=r"at time 0\.2 of the run data\.time is .*; let control neither"):
         run.advance(0.2)
+
+
+@pytest.mark.parametrize("step", [0.0, math.nan, -0.01, 0.6, 1e-300, 1e-10])
+def test_a_timestep_that_does_not_fit_the_duration_is_refused(step):
+    experiment = ball_experiment()
+    experiment.model.opt.timestep = step
+    with pytest.raises(fs.InputError, match="timestep"):
+        experiment.begin()
 
 
 def test_a_run_begins_at_time_0():

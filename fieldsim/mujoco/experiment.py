@@ -25,6 +25,9 @@ from fieldsim.world.world import World
 # What MuJoCo counts when a state has ceased to be one.
 BAD = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
 
+# Steps at most of a run; and between two looks for an interrupt.
+MOST_STEPS, AT_ONCE = 10**9, 1000
+
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Experiment(Scenario):
@@ -120,7 +123,7 @@ class Run:
             raise InputError(
                 f"Experiment: start leaves data.time at {self.data.time:g}, but a run begins at 0; set data.time = 0"
             )
-        checks.timestep(model, backwards=False)
+        self._refuse_timestep()
         mujoco.mj_forward(model, self.data)
         options = {name: getattr(experiment, name) for name in ("accuracy", "contact", "keep_gravity")}
         with launch.loading():  # numba's compiler at work, the first time
@@ -129,6 +132,16 @@ class Run:
         name = mujoco.mjtIntegrator(model.opt.integrator).name.removeprefix("mjINT_")
         self.integrator = f"{name} of {model.opt.timestep:g}"
         self.log = ModelLog(self, log)
+
+    def _refuse_timestep(self):
+        model, duration = self.experiment.model, self.experiment.duration
+        checks.timestep(model, backwards=False)
+        steps = duration / model.opt.timestep
+        if not 1.0 <= steps <= MOST_STEPS:
+            raise InputError(
+                f"Experiment: duration is {duration:g} and the model's timestep {model.opt.timestep:g}, so it would be "
+                f"{steps:.3g} steps; give a timestep of 1 to {MOST_STEPS:g} steps"
+            )
 
     @property
     def bounces(self) -> int:
@@ -163,7 +176,8 @@ class Run:
     def _step(self, count):
         experiment, model, data = self.experiment, self.experiment.model, self.data
         if not (self._moving or experiment.control):
-            mujoco.mj_step(model, data, count)
+            for done in range(0, count, AT_ONCE):
+                mujoco.mj_step(model, data, min(AT_ONCE, count - done))
             return
         for _ in range(count):
             follow(model, data, self._moving)

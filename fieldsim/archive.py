@@ -21,7 +21,8 @@ _MOST_HEADER = 1024
 
 # No deflated entry is more than so many times as long as what it takes in the file, but for a few bytes.
 _MOST_INFLATED = 1032
-_MOST_WORDS = 1 << 20
+# Bytes of what a recording says of its run, and of the header before it.
+MOST_ABOUT, _MOST_WORDS = 1 << 20, (1 << 20) + 1024
 
 # The marks of an archive's last lines and how many entries they tell of: first those of a long one.
 _ENDS = struct.Struct("<4s28xQ36x4s6xH10x")

@@ -4,6 +4,7 @@ import click
 
 from fieldsim import scenario as scenarios
 from fieldsim.cli_film import command_of, film_options, usage
+from fieldsim.cli_types import FilePath
 from fieldsim.errors import InputError
 
 
@@ -13,7 +14,7 @@ def compare_options():
     return [
         click.Option(["--solver"], multiple=True, metavar="NAME", help="Two of them; hermite and referee unless told."),
         click.Option(["--time"], type=float, help="Moment of the scenario; its start unless told."),
-        click.Option(["--out"], metavar="FILE", help="The picture of differences, .png or .svg."),
+        click.Option(["--out"], type=FilePath(), metavar="FILE", help="The picture of differences, .png or .svg."),
         *shared,
     ]
 

@@ -8,7 +8,7 @@ import warnings
 import click
 
 from fieldsim import scenario as scenarios
-from fieldsim.cli_types import Device, Integrator, Positive, Size
+from fieldsim.cli_types import Device, FilePath, Integrator, Positive, Size
 from fieldsim.errors import FieldsimWarning, InputError, ScenarioError
 from fieldsim.render.layers import LAYERS
 from fieldsim.render.solids_skeleton import MODES
@@ -25,6 +25,7 @@ def film_options():
     return [
         click.Option(
             ["--out"],
+            type=FilePath(),
             metavar="FILE",
             help="Where to: .mp4, .gif, .png (last frame), folder/ or name_%04d.png; a plot: .png, .svg.",
         ),
@@ -35,15 +36,30 @@ def film_options():
             ["--device"], type=Device(), metavar="cpu|cuda", default="cpu", help="Where to compute; cpu unless told."
         ),
         click.Option(["--quality"], type=click.Choice(["draft", "final"]), help="draft is faster; final unless told."),
-        click.Option(["--record"], metavar="RUN.npz", help="Keep the snapshots, to be drawn again or read with NumPy."),
-        click.Option(["--replay"], metavar="RUN.npz", help="Draw a recording of this scenario instead of simulating."),
+        click.Option(
+            ["--record"],
+            type=FilePath(),
+            metavar="RUN.npz",
+            help="Keep the snapshots, to be drawn again or read with NumPy.",
+        ),
+        click.Option(
+            ["--replay"],
+            type=FilePath(),
+            metavar="RUN.npz",
+            help="Draw a recording of this scenario instead of simulating.",
+        ),
         click.Option(
             ["--integrator"],
             type=Integrator(),
             metavar="NAME[:NUMBER]",
             help="How things move: auto, radau, leapfrog:1e-3, blanesmoan6:0.05, ...; the scenario's unless told.",
         ),
-        click.Option(["--energy-plot"], metavar="FILE", help="Draw how well energy is kept: .png, .svg or .pdf."),
+        click.Option(
+            ["--energy-plot"],
+            type=FilePath(),
+            metavar="FILE",
+            help="Draw how well energy is kept: .png, .svg or .pdf.",
+        ),
         click.Option(
             ["--mode"],
             type=click.Choice(MODES),
@@ -193,7 +209,7 @@ def _film(build, name, adapt, told, options):
     if adapt:
         scenario, more = adapt(scenario)
         options |= more
-    with progress_of(scenario.title or name) as watch:
+    with scenarios.here(), progress_of(scenario.title or name) as watch:
         report = filming.film(scenario, out, watch=watch, **options)
     click.echo(str(report))
     if energy_plot:
@@ -223,14 +239,18 @@ def usage():
 
 def _draw(picture, out, size):
     """Draw a picture, with a sign of life on a terminal."""
-    from rich import console
+    from rich import console, markup
 
     from fieldsim import plots
 
     with usage():
         plots.checked_path(out)
     terminal = console.Console(stderr=True)
-    with terminal.status(f"drawing {picture.title or out}") if terminal.is_terminal else contextlib.nullcontext():
+    with (
+        terminal.status(markup.escape(f"drawing {picture.title or out}"))
+        if terminal.is_terminal
+        else contextlib.nullcontext()
+    ):
         picture.save(out, size)
     click.echo(str(out))
 

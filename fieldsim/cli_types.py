@@ -44,6 +44,22 @@ class Integrator(click.ParamType):
             self.fail(str(error), param, ctx)
 
 
+class FilePath(click.ParamType):
+    """The path of a file."""
+
+    name = "text"
+
+    def convert(self, value, param, ctx):
+        """The value of what was written."""
+        from fieldsim import validate
+
+        try:
+            validate.path("the command", "path", value)
+        except InputError:
+            self.fail(f"{value!r} is no path of a file", param, ctx)
+        return value
+
+
 class Device(click.ParamType):
     """Where to compute."""
 

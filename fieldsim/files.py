@@ -39,7 +39,9 @@ class Part:
     """
 
     def __init__(self, target, *, folder: bool = False):
-        self.target = pathlib.Path(target)
+        self.given = pathlib.Path(target)
+        # Where that is now, wherever the working folder is later.
+        self.target = pathlib.Path.cwd() / target
         # Within a folder that is there: what is around it may be another disk's, or not for us to write.
         place = self.target / "part" if folder and self.target.is_dir() else self.target
         remove_left(place.parent)
@@ -49,14 +51,18 @@ class Part:
     def publish(self) -> None:
         """Let it appear at the target, in place of what is there."""
         os.replace(self.path, self.target)
-        appeared.append(self.target)
+        appeared.append(self.given)
         self.discard()
 
     def keep(self) -> pathlib.Path:
         """Let it appear in place of nothing: at the target, or as NAME.partial where there is one; returns where."""
         kept = next(name for name in names(self.target) if claim(self.path, name))
         self.discard()
-        return kept
+        return self.beside(kept.name)
+
+    def beside(self, name: str) -> pathlib.Path:
+        """The path of a file beside the target, in the user's way."""
+        return (self.given if self.given.name else self.target).with_name(name)
 
 
 def checked_target(owner: str, value) -> pathlib.Path:
@@ -145,6 +151,11 @@ def kept_words(where, count: int, planned: int | None, noun: str) -> str:
     """Words on what was kept: film.mp4 keeps the 6 of 10 frames made before."""
     of = "" if planned is None else f" of {planned}"
     return f"{where} keeps the {count}{of} {noun}{'' if (planned or count) == 1 else 's'} made before"
+
+
+def lost_words(where, reason: OSError) -> str:
+    """Words on what could not be kept."""
+    return f"nothing of {where} is kept: {reason.strerror or reason}"
 
 
 def remove_left(folder: pathlib.Path) -> None:

@@ -172,6 +172,9 @@ def film(
     quality = quality or ("draft" if preview else "final")
     if recorded:
         times = recorded.times[recorded.times < (np.inf if duration is None else duration)].tolist()
+        if not times:
+            begin = recorded.times[0]
+            raise InputError(f"film: duration is {duration:g}, the recording begins at time {begin:g}; give more")
     else:
         times = timeline(scenario.duration if duration is None else duration, fps)
     device_named(device)

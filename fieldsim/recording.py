@@ -7,15 +7,17 @@ they come, so that a run that fails leaves what it had. The last entry, `about.j
 its scenario, parameters, integrator, frames per second, duration and the version of fieldsim; older ones have none.
 """
 
+import contextlib
 import importlib.metadata
 import json
+import threading
 import zipfile
 from collections.abc import Iterator
 
 import numpy as np
 
 from fieldsim import files, interrupts, validate
-from fieldsim.archive import Archive
+from fieldsim.archive import MOST_ABOUT, Archive
 from fieldsim.copies import Uncopied
 from fieldsim.errors import FilmError, InputError
 from fieldsim.world import quaternion
@@ -50,6 +52,7 @@ class Recording(Uncopied):
         self.path = files.checked_target("Recording", path)
         self.count = 0
         self._part = self._file = self._last = None
+        self._lock = threading.Lock()
 
     def __enter__(self) -> "Recording":
         if self._file is not None:
@@ -68,7 +71,13 @@ class Recording(Uncopied):
             raise self._not_open()
         validate.instance("Recording.add", "snapshot", snapshot, Snapshot, "give a fs.Snapshot")
         arrays = _arrays(snapshot)
-        self._refuse(arrays)
+        with self._lock:
+            self._refuse(arrays)
+            self._append(arrays)
+            self._last = arrays
+            self.count += 1
+
+    def _append(self, arrays):
         entries = self._file.filelist
         before = len(entries)
         try:
@@ -82,8 +91,6 @@ class Recording(Uncopied):
             if isinstance(error, OSError):
                 raise FilmError(f"{self.path}: writing failed: {error.strerror or error}") from None
             raise
-        self._last = arrays
-        self.count += 1
 
     def _not_open(self):
         return FilmError(f"{self.path}: the recording is not open; add inside `with fs.Recording(...) as recording:`")
@@ -122,7 +129,10 @@ class Recording(Uncopied):
         except OSError as reason:
             if error is None:
                 raise FilmError(f"{self.path}: writing failed, nothing is kept: {reason.strerror or reason}") from None
+            files.say(error, files.lost_words(self.path, reason))
         finally:
+            with contextlib.suppress(OSError):  # it is closed, or what could not be written still cannot
+                self._file.close()
             self._part.discard()
             self._part = self._file = self._last = None
 
@@ -142,9 +152,12 @@ class Recording(Uncopied):
 def _json(about):
     """What is known of a run as it is written, b"" for nothing."""
     try:
-        return json.dumps(about).encode() if about else b""
+        words = json.dumps(about).encode() if about else b""
     except (TypeError, ValueError, RecursionError) as reason:
         raise InputError(f"Recording: about is {validate.shown(about)}, which is no JSON: {reason}") from None
+    if len(words) > MOST_ABOUT:
+        raise InputError(f"Recording: about takes {len(words)} bytes; give less than {MOST_ABOUT}")
+    return words
 
 
 def _arrays(snapshot):

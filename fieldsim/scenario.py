@@ -128,11 +128,12 @@ def load(name: str) -> Callable:
     """
     path = find(str(validate.path("load", "name", name)))
     module = types.ModuleType(f"scenario_{path.stem}")
-    module.__file__ = str(path)
+    module.__file__ = os.path.abspath(path)  # as Python says it: scripts may go to other folders
     try:
         code = compile(path.read_bytes(), str(path), "exec")
     except SyntaxError as error:
-        raise ScenarioError(f"{path}:{error.lineno}: syntax error: {error.msg}") from error
+        where = f"{path}:{error.lineno}" if error.lineno else path
+        raise ScenarioError(f"{where}: syntax error: {error.msg}") from error
     except (OSError, ValueError, RecursionError, MemoryError) as error:
         raise ScenarioError(f"{path} cannot be read as Python: {error}") from error
     # As `python script.py` does, so that a script finds its neighbours; under its name, as dataclasses need.
@@ -204,9 +205,10 @@ def _function_of(build):
 
 @contextlib.contextmanager
 def _told(path):
-    """Turn what a script raises into one message with the script's line."""
+    """Turn what a script raises into one message with the script's line, and stay in the folder where we are."""
     try:
-        yield
+        with here():
+            yield
     except KeyboardInterrupt:
         raise
     except BaseException as error:
@@ -214,6 +216,21 @@ def _told(path):
         where = f"{_short(path)}:{frames[-1].lineno} in {frames[-1].name}" if frames else _short(path)
         line = f"\n    {linecache.getline(frames[-1].filename, frames[-1].lineno).strip()}" if frames else ""
         raise ScenarioError(f"{where.removesuffix(' in <module>')}: {_words(error)}{line}") from error
+
+
+@contextlib.contextmanager
+def here():
+    """Come back to the working folder: the names that a user gave are of there, wherever a script goes to."""
+    try:
+        folder = os.getcwd()
+    except OSError:  # it is gone
+        yield
+        return
+    try:
+        yield
+    finally:
+        with contextlib.suppress(OSError):
+            os.chdir(folder)
 
 
 def _words(error):

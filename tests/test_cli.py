@@ -390,6 +390,27 @@ def test_an_interrupted_run_keeps_what_it_has_beside_what_there_was(here, signum
     assert len(imageio.imread("p.partial.gif")) == int(found[2]) >= 5
 
 
+def test_a_script_may_go_to_another_folder(here, capsys):
+    """What the user named is where the user is."""
+    (here / "else").mkdir()
+    moved = f"os.chdir({str(here / 'else')!r})"
+    text = textwrap.dedent(PLANET).replace("import fieldsim", f"import os\n\n{moved}\nimport fieldsim")
+    text = text.replace("    world =", f"    assert os.path.isfile(__file__)\n    {moved}\n    world =")
+    (here / "mover.py").write_text(text)
+    options = ("--size", "32x18", "--quality", "draft", "--record", "m.npz", "--energy-plot", "m.svg")
+    assert fieldsim("run", "mover.py", *options) == 0, capsys.readouterr().err
+    assert {path.name for path in here.iterdir() if path.is_file()} == {"mover.py", "mover.mp4", "m.npz", "m.svg"}
+    assert not any((here / "else").iterdir())
+
+
+@pytest.mark.parametrize("option", ["--out", "--record", "--replay", "--energy-plot"])
+def test_a_name_without_letters_is_none(here, capsys, option):
+    """As of a shell's variable that is not set."""
+    assert fieldsim("run", "planet", option, "") == 2
+    assert f"Invalid value for '{option}': '' is no path of a file" in capsys.readouterr().err
+    assert films(here) == []
+
+
 def test_an_interrupt_after_the_film_tells_what_is_whole(here, monkeypatch, capsys):
     monkeypatch.setattr(cli_film, "_draw_energy", lambda *_: signal.raise_signal(signal.SIGINT))
     options = ("--size", "32x18", "--out", "p.png", "--record", "p.npz", "--energy-plot", "e.png")

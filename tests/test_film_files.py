@@ -1,9 +1,11 @@
 """Files of films: every legal name works and is a name, every rate plays in time, and wrong use ends in plain words."""
 
+import contextlib
 import math
 import os
 import re
 import subprocess
+import threading
 
 import imageio_ffmpeg
 import numpy as np
@@ -111,6 +113,35 @@ def test_a_folder_in_the_way_of_a_frame(tmp_path):
     (tmp_path / "frames" / "frame_0000.png").mkdir()
     with pytest.raises(fs.InputError, match="this is a folder"):
         fs.Film(tmp_path / "frames")
+
+
+@pytest.mark.parametrize("name", ["a.mp4", "a.gif", "a.png", "frames/", "shot_%d.png", "."])
+@pytest.mark.parametrize("fails", [False, True])
+def test_a_film_stays_where_it_began(tmp_path, monkeypatch, name, fails):
+    """Whatever the working folder is by its end."""
+    for folder in ("here", "there"):
+        (tmp_path / folder).mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    with contextlib.suppress(ZeroDivisionError), fs.Film(name) as film:
+        film.write(BLACK)
+        os.chdir(tmp_path / "there")
+        film.write(BLACK)
+        assert 1 / (not fails)
+    assert not any((tmp_path / "there").iterdir())
+    assert [path.name[0] for path in (tmp_path / "here").iterdir()] != ["."]
+    assert any((tmp_path / "here").iterdir()) != (fails and name == "a.png")
+
+
+@pytest.mark.parametrize("name", ["a.gif", "frames/"])
+def test_threads_may_write_one_film(tmp_path, name):
+    with fs.Film(f"{tmp_path}/{name}") as film:
+        threads = [threading.Thread(target=lambda: [film.write(BLACK) for _ in range(10)]) for _ in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+    found = len(list((tmp_path / name).iterdir())) if name == "frames/" else len(delays_of_gif(tmp_path / name))
+    assert film.frames == found == 40
 
 
 @pytest.mark.parametrize("count", [1, 2, 24, 61])

@@ -65,7 +65,7 @@ KNOWS = {
     "comparing": {"plots", "world", "render", "scenario", "filming"},
     "cli_types": {"dynamics", "render"},
     "cli_film": {"cli_types", "plots", "recording", "render", "scenario", "filming"},
-    "cli_compare": {"cli_film", "comparing", "plots", "render", "scenario"},
+    "cli_compare": {"cli_film", "cli_types", "comparing", "plots", "render", "scenario"},
     "cli_mujoco": {"cli_film", "cli_types", "mujoco"},
     "cli": {"cli_film", "cli_compare", "cli_mujoco", "scenario", "about"},
     "__main__": {"cli"},

@@ -1,6 +1,7 @@
 """Recordings: what goes in comes out, films of them are those of the run, and a failed run keeps what it had."""
 
 import signal
+import threading
 
 import numpy as np
 import pytest
@@ -119,6 +120,23 @@ def test_a_full_disk_is_told_of(tmp_path, monkeypatch):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize("begun", [True, False])
+def test_a_full_disk_leaves_nothing_and_says_so(tmp_path, begun):
+    """Within the snapshots, and where only the directory of the file does not fit."""
+    resource = pytest.importorskip("resource")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    recording = fs.Recording(tmp_path / "run.npz", {"a": "b"})
+    limit, count = (60_000, 1000) if begun else (200, 1)
+    try:
+        with pytest.raises(fs.FilmError, match=r"run\.npz: writing failed.*nothing .*is kept"), recording:  # noqa: PT012
+            resource.setrlimit(resource.RLIMIT_FSIZE, (limit, before[1]))
+            for _ in range(count):
+                recording.add(scenario().world.at(0.0))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_recording_is_entered_once_at_a_time_and_added_to_within(tmp_path):
     recording = fs.Recording(tmp_path / "run.npz")
     with pytest.raises(fs.FieldsimError, match="the recording is not open"):
@@ -159,6 +177,32 @@ def test_a_replay_goes_as_far_as_the_recording(tmp_path):
     for duration, count in ((None, 10), (0.5, 3)):
         report = fs.film(scenario(), tmp_path / "a.gif", replay=tmp_path / "run.npz", duration=duration, **options)
         assert report.frames == count
+
+
+def test_a_replay_that_ends_before_it_begins(tmp_path):
+    record(tmp_path / "run.npz", [scenario().world.at(0.1), scenario().world.at(0.2)])
+    with pytest.raises(fs.InputError, match=r"duration is 0\.05, the recording begins at time 0\.1"):
+        fs.film(scenario(), tmp_path / "a.gif", replay=tmp_path / "run.npz", duration=0.05)
+
+
+def test_what_could_not_be_read_is_not_written(tmp_path):
+    longest = {"a": "x" * ((1 << 20) - 9)}
+    with fs.Recording(tmp_path / "run.npz", longest) as recording:
+        recording.add(scenario().world.at(0.0))
+    assert fs.Recorded(tmp_path / "run.npz").about == longest
+    with pytest.raises(fs.InputError, match="about takes 1048577 bytes"):
+        fs.Recording(tmp_path / "run.npz", {"a": longest["a"] + "x"})
+
+
+def test_threads_may_add_to_one_recording(tmp_path):
+    snapshot = scenario().world.at(0.0)
+    with fs.Recording(tmp_path / "run.npz") as recording:
+        threads = [threading.Thread(target=lambda: [recording.add(snapshot) for _ in range(20)]) for _ in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+    assert len(fs.Recorded(tmp_path / "run.npz")) == 80
 
 
 def test_a_still_is_recorded_with_all_before_it(tmp_path):

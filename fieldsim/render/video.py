@@ -11,12 +11,14 @@ mp4 and GIF are encoded by the ffmpeg that comes with imageio-ffmpeg, run here a
 ffmpeg's exit status and words, so that a full disk would pass for a finished film.
 """
 
+import contextlib
 import fractions
 import os
 import pathlib
 import re
 import subprocess
 import tempfile
+import threading
 import warnings
 
 import numpy as np
@@ -74,6 +76,7 @@ class Film(Uncopied):
         self._format = _format_of(self.path)
         self._format.check(self._target)
         self._part = self._writer = self._failure = None
+        self._lock = threading.Lock()
 
     @property
     def still(self) -> bool:
@@ -102,18 +105,22 @@ class Film(Uncopied):
             raise InputError(f"Film.write: the image is {size[0]}x{size[1]}, the film {self.size[0]}x{self.size[1]}")
         self.size = size
         try:
-            if self._writer is None:
-                self._writer = self._format(self._part.path, size, self.fps)
-            self._writer.write(image)
+            with self._lock:
+                if self._writer is None:
+                    self._writer = self._format(self._part.path, size, self.fps)
+                self._writer.write(image)
+                self.frames += 1
         except OSError as reason:
             raise self._failed(reason) from None
-        self.frames += 1
 
     @interrupts.held()
     def __exit__(self, kind, error, trace):
         try:
             if error is not None:
-                kept = self._kept()
+                try:
+                    kept = self._kept()
+                except OSError as reason:
+                    kept = files.lost_words(self.path, reason)
                 if kept:
                     files.say(error, kept)
             elif self._part is None:
@@ -138,7 +145,10 @@ class Film(Uncopied):
     @interrupts.held()
     def _failed(self, reason):
         """The error for a write that failed, after which the film is closed."""
-        kept = self._kept() or "nothing is kept"
+        kept = ""
+        with contextlib.suppress(OSError):
+            kept = self._kept()
+        kept = kept or "nothing is kept"
         self._failure = FilmError(f"{self.path}: writing failed, {kept}: {reason.strerror or reason}")
         self._close()
         return self._failure
@@ -147,11 +157,8 @@ class Film(Uncopied):
         """Keep the frames so far under a name that is free; words on them, "" where there are none."""
         if self._part is None or not self.frames or self.still:
             return ""
-        try:
-            self._writer.finish()
-            name = self._writer.keep(self._part)
-        except OSError:
-            return ""
+        self._writer.finish()
+        name = self._writer.keep(self._part)
         return files.kept_words(name, self.frames, self.planned, "frame")
 
     def _close(self):
@@ -317,7 +324,7 @@ class _Sequence:
                 raise OSError(f"{frame} is a folder")
         for index, frame in enumerate(frames):
             os.replace(self.partial / str(index), frame)
-        files.appeared.append(target)
+        files.appeared.append(part.given)
         after = _frame(target, self.count)
         if after.exists():
             warnings.warn(
@@ -326,17 +333,18 @@ class _Sequence:
 
     def keep(self, part):
         """Where the frames went: under their own names if none of them was taken, else into a new folder beside."""
-        target = part.target
+        target, given = part.target, part.given
         if any(os.path.lexists(_frame(target, index)) for index in range(self.count)):
             name = target.name.partition("%")[0].rstrip("_-. ") or "frames"
             folder = files.new_folder(target.with_name(name))
-            target = folder / target.name if _is_pattern(target) else folder
+            given = part.beside(folder.name)
+            target, given = (one / target.name if _is_pattern(target) else one for one in (folder, given))
         elif not _is_pattern(target):
             target.mkdir(exist_ok=True)
         for index in range(self.count):
             if not files.claim(self.partial / str(index), _frame(target, index)):
                 raise FileExistsError(f"{_frame(target, index)} has just appeared")
-        return target
+        return given
 
     def abandon(self):
         pass

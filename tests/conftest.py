@@ -22,9 +22,12 @@ def pytest_addoption(parser):
 
 
 def pytest_configure(config):
-    # A shell starts what it runs in the background deaf to Ctrl-C, and its children with it.
+    # What a shell runs in the background is deaf to Ctrl-C, what `nohup` runs to a closed terminal, and so are the
+    # processes that either starts; unlike ignoring, handlers of our own are not handed on.
     if threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGINT, signal.default_int_handler)
+        if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) == signal.SIG_IGN:
+            signal.signal(signal.SIGHUP, lambda number, frame: None)
     target, threads = config.getoption("--cpu-target"), config.getoption("--threads")
     if threads:
         from fieldsim import launch

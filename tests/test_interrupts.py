@@ -6,10 +6,13 @@ import sys
 import threading
 import time
 
+import numpy as np
 import pytest
 import warp as wp
 
+import fieldsim as fs
 from fieldsim import interrupts
+from fieldsim.dynamics import simulation as simulation_module
 from fieldsim.launch import launch, loading
 
 
@@ -216,3 +219,59 @@ def test_slices_of_items_of_many_parts_are_small(monkeypatch, parts, most):
 def test_an_error_in_a_launch_comes_through():
     with pytest.raises(RuntimeError):
         launch(_count, 2000, [], [wp.zeros(2000, dtype=float, device="cpu")], device="cpu", grain=1)
+
+
+def _pulled(kind):
+    """A world in which everything moves uniformly by 1 a unit of time, whatever acts, and at a time a motion fails."""
+    failing = {}
+
+    def motion(t):
+        if t > failing.get("after", np.inf):
+            raise failing["error"]
+        return (0.0, 0.0, 1e6 + t)
+
+    world = fs.World(escape_radius=1e5 if kind == "escape" else None)
+    world.add_body(fs.Body(fs.Point((0, 0, 0)), gravity=fs.Newtonian(1.0), mass=1e-30, motion=motion))
+    options = {"gravity": fs.Newtonian(1.0), "mass": 1e-30} if kind == "mutual" else {}
+    if kind == "contact":
+        world.add_body(fs.Body(fs.Point((0, 0, 1e4)), surface=fs.Material(radius=1.0)))
+        options = {"contact": fs.Bounce()}
+    if kind == "free":
+        world.add_body(fs.Body(fs.Point((0, 0, 0)), mass=1.0, motion=fs.Rigid((0, 0, -1e4), velocity=(1, 0, 0))))
+    world.add_particles(np.zeros((40, 3)), np.tile((1.0, 0, 0), (40, 1)), **options)
+    return world, failing
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, ZeroDivisionError])
+@pytest.mark.parametrize("kind", ["plain", "escape", "contact", "free", "mutual"])
+def test_a_run_that_is_broken_off_stands_at_one_time_and_goes_on(kind, error, monkeypatch):
+    monkeypatch.setattr(simulation_module, "LAUNCH_STEPS", 8)
+    world, failing = _pulled(kind)
+    simulation = fs.Simulation(world, fs.Leapfrog(0.125))
+    log = fs.EnergyLog(simulation)
+    flown = simulation._fly
+
+    def torn(*arguments):
+        flown(*arguments)
+        if simulation.time >= 4.0 and failing.pop("torn", False):
+            raise error
+
+    monkeypatch.setattr(simulation, "_fly", torn)
+    failing["torn"] = True
+    with pytest.raises(error):
+        simulation.advance(8.0)
+
+    def assert_together(time):
+        assert simulation.time == time
+        np.testing.assert_allclose(simulation.positions[0][:, 0], time, atol=1e-9)
+        np.testing.assert_allclose(simulation.bodies.centers[:, 0], time, atol=1e-9)
+
+    assert_together(4.0)
+    failing.update(after=4.5, error=error("lost"))
+    with pytest.raises(KeyboardInterrupt if error is KeyboardInterrupt else fs.InputError):
+        simulation.advance(8.0)
+    assert_together(4.0)
+    failing.clear()
+    simulation.advance(8.0)
+    assert_together(8.0)
+    log.record()

@@ -67,6 +67,10 @@ class Balls:
     impulses: wp.array(dtype=wp.vec3d)
 
 
+# What kernels write.
+WRITTEN = ("states", "spins", "bounces", "logged", "times", "kinds", "places", "impulses")
+
+
 @wp.func
 def ball_of(balls: Balls, i: int):
     """The ball of particle i."""

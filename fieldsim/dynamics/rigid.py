@@ -4,6 +4,7 @@ Few bodies in one thread: what comes out, their poses at every stage, places the
 `sources`), on whatever device these are.
 """
 
+import contextlib
 import dataclasses
 import math
 import warnings
@@ -32,6 +33,7 @@ from fieldsim.dynamics.rigid_tables import (
 )
 from fieldsim.dynamics.rigid_track import Track
 from fieldsim.dynamics.sources import Sources
+from fieldsim.dynamics.state import whole
 from fieldsim.errors import FieldsimError, FieldsimWarning
 from fieldsim.launch import launch
 from fieldsim.world import quaternion
@@ -167,6 +169,20 @@ class FreeBodies(Uncopied):
         speeds, rates = state.speeds.numpy(), state.rates.numpy()
         self._track = self._tracked(times, state.places.numpy(), state.turns.numpy(), speeds, rates)
         self._refuse_nonsense()
+
+    @contextlib.contextmanager
+    def whole(self):
+        """Within the block the bodies move whole: where it is broken off, they are as before it."""
+        if not self:
+            yield
+            return
+        before = self.time, self._track
+        try:
+            with whole([getattr(self._state, name) for name in _GIVERS]):
+                yield
+        except BaseException:
+            self.time, self._track = before
+            raise
 
     def _warn_of_stiffness(self, dt):
         if self._quickest * dt > RESOLVED and not self._warned:

@@ -13,7 +13,7 @@ from fieldsim import validate
 from fieldsim.arrays import kept
 from fieldsim.copies import Uncopied
 from fieldsim.dynamics.auto import Auto, Choice, choose, integrator_of
-from fieldsim.dynamics.balls import MOVING, Balls
+from fieldsim.dynamics.balls import MOVING, WRITTEN, Balls
 from fieldsim.dynamics.bare import refuse_particles_on_sources
 from fieldsim.dynamics.events import Events, balls_of, events_of
 from fieldsim.dynamics.integrators import moments
@@ -23,7 +23,7 @@ from fieldsim.dynamics.refusals import body_name, refuse_method, refuse_mixture
 from fieldsim.dynamics.rigid import FreeBodies
 from fieldsim.dynamics.rigid_diagnostics import Wrenches, wrenches
 from fieldsim.dynamics.sources import Sources, Stages, field_and_gradient, upload
-from fieldsim.dynamics.state import State, renew, state_of
+from fieldsim.dynamics.state import State, renew, state_of, whole
 from fieldsim.dynamics.steps import LANES, contact_kernel, method_of, release_kernel, splitting_kernel
 from fieldsim.dynamics.surfaces import Surfaces
 from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
@@ -71,7 +71,7 @@ class Simulation(Uncopied):
         self.integrator = integrator_of("Simulation", integrator)
         refuse_mixture("Simulation", world)
         self._steps_done = 0
-        self._watchers, self._ledgers = [], []
+        self._watchers, self._sums, self._ledgers = [], [], []
         self._free = FreeBodies(world, self.time)
         self._gravity = Sources(world, "gravity", self.time, self._free.poses)
         self._mutual = MutualGravity(world, self.device, threads)
@@ -170,7 +170,10 @@ class Simulation(Uncopied):
             )
 
     def advance(self, until: float) -> None:
-        """Run to the time `until` in equal steps, at most the integrator's dt long, the last landing on it exactly."""
+        """Run to the time `until` in equal steps, at most the integrator's dt long, the last landing on it exactly.
+
+        Broken off under way, by Ctrl-C or by a function that fails, it is at a time before, and may go on from there.
+        """
         until = validate.number("Simulation.advance", "until", until)
         if until < self.time:
             raise InputError(
@@ -205,8 +208,14 @@ class Simulation(Uncopied):
             for first in range(0, count, self._steps_per_launch):
                 steps = np.arange(first, min(first + self._steps_per_launch, count))
                 self._balls.first = first
-                self._leap(steps, start, dt)
-                self._time = start + dt * float(steps[-1] + 1)
+                with self._free.whole(), whole(self._written()):
+                    self._leap(steps, start, dt)
+                    self._time = start + dt * float(steps[-1] + 1)
+
+    def _written(self):
+        """The arrays that steps write, but for the free bodies'."""
+        balls = [getattr(self._balls, name) for name in WRITTEN] if self._eventful else []
+        return [*(getattr(self._state, name) for name in State.vars), *balls, *self._sums]
 
     def _refuse_nonsense(self):
         for index, (x, v) in enumerate(zip(self.positions, self.velocities, strict=True)):
@@ -383,9 +392,13 @@ class Simulation(Uncopied):
         """Call `ledger.manoeuvred(ledger.measured())`, the latter ahead of each manoeuvre and the former after it."""
         self._ledgers.append(ledger)
 
-    def watch(self, watcher) -> None:
-        """Call `watcher(sources, state, steps, start, dt)` ahead of every launch of `steps` from time `start` on."""
+    def watch(self, watcher, *sums) -> None:
+        """Call `watcher(sources, state, steps, start, dt)` ahead of every launch of `steps` from time `start` on.
+
+        sums: the Warp arrays that it writes, which are as before where the launch is broken off.
+        """
         self._watchers.append(validate.function("Simulation.watch", "watcher", watcher))
+        self._sums += validate.instances("Simulation.watch", "sums", sums, wp.array, "give Warp arrays")
 
     def _gravity_at(self, times):
         """Gravity's tables of a launch whose stages are at `times`."""

@@ -1,5 +1,6 @@
 """Particles on their way: what kernels of motion read and write."""
 
+import contextlib
 from typing import Any
 
 import warp as wp
@@ -37,6 +38,18 @@ def renew(kind, table, fresh, which, names=None) -> None:
         rows = array.numpy().copy()
         rows[which] = getattr(fresh, name).numpy()[which]
         setattr(table, name, wp.array(rows, dtype=array.dtype, device=array.device))
+
+
+@contextlib.contextmanager
+def whole(arrays):
+    """Within the block Warp arrays are written whole: where it is broken off, as by Ctrl-C, they are as before it."""
+    before = [wp.clone(array) if array.device.is_cuda else array.numpy().copy() for array in arrays]
+    try:
+        yield
+    except BaseException:
+        for array, values in zip(arrays, before, strict=True):
+            array.assign(values)
+        raise
 
 
 @wp.func

@@ -551,7 +551,7 @@ CALLS = {
     ),
     "Simulation.snapshot": _call(lambda: _simulation().snapshot),
     "Simulation.snapshots": _call(lambda: lambda times: list(_simulation().snapshots(times)), times=np.array([0.0])),
-    "Simulation.watch": _call(lambda: _simulation().watch, watcher=len),
+    "Simulation.watch": _call(lambda: _simulation().watch, watcher=len, sums=[]),
     "Simulation.wrenches": _call(lambda: _simulation().wrenches),
     "Snapshot": _call(
         lambda: fs.Snapshot,

@@ -392,7 +392,7 @@ class Simulation(Uncopied):
         """Call `ledger.manoeuvred(ledger.measured())`, the latter ahead of each manoeuvre and the former after it."""
         self._ledgers.append(ledger)
 
-    def watch(self, watcher, *sums) -> None:
+    def watch(self, watcher, *, sums=()) -> None:
         """Call `watcher(sources, state, steps, start, dt)` ahead of every launch of `steps` from time `start` on.
 
         sums: the Warp arrays that it writes, which are as before where the launch is broken off.

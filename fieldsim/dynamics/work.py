@@ -33,7 +33,7 @@ class Work:
     def __init__(self, simulation):
         self._simulation = simulation
         self._sum = wp.zeros(sum(map(len, simulation.world.particles)), dtype=wp.float64, device=simulation.device)
-        simulation.watch(self._follow, self._sum)
+        simulation.watch(self._follow, sums=[self._sum])
 
     def values(self) -> np.ndarray:
         """Work done so far per unit mass, (N,): positive where particles gained energy."""

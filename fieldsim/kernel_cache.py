@@ -171,11 +171,13 @@ def _loaded_files(folder):
 
 
 def _drop_damaged(folder):
-    """Delete files that are not as they were written."""
+    """Delete files that are not as they were written, pipes that reading would wait for, and what is no folder."""
+    if not folder.is_dir():
+        folder.unlink(missing_ok=True)
     for path in _loaded_files(folder):
         digest = path.with_name(path.name + _DIGEST)
         try:
-            whole = digest.read_text() == _digest_of(path)
+            whole = path.is_file() and digest.is_file() and digest.read_text() == _digest_of(path)
         except (OSError, ValueError):
             whole = False
         if not whole:

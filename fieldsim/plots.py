@@ -1,6 +1,7 @@
 """Plots of what was measured, as matplotlib figures (extra `plot`): save them with `figure.savefig(path)`."""
 
 import dataclasses
+import functools
 import io
 import pathlib
 import typing
@@ -128,7 +129,8 @@ class Picture:
         from matplotlib import rc_context
 
         with rc_context({"svg.hashsalt": "fieldsim"}):
-            drawing.savefig(data, format=kind[1:], metadata=undated.get(kind))
+            write = functools.partial(drawing.savefig, data, format=kind[1:], metadata=undated.get(kind))
+            validate.answer("Picture", "what draw gave", write)
         files.write("Picture", path, data.getvalue())
 
 

@@ -111,8 +111,9 @@ def orbits(
     mass = validate.number("orbits", "mass", mass, at_least=0.0)
     mass *= validate.number("orbits", "G", G, at_least=0.0)
     tilt = validate.number("orbits", "tilt", tilt, at_least=0.0)
-    radii = _range("orbits", radius, above=0.0)
-    flat = _disk("orbits", count, radii, 0.0, normal, lambda r: np.sqrt(mass / r), (0, 0, 0), (0, 0, 0), seed)
+    radii, seed = _range("orbits", radius, above=0.0), validate.seed("orbits", seed)
+    with np.errstate(over="ignore", divide="ignore"):  # speeds that are no numbers are refused
+        flat = _disk("orbits", count, radii, 0.0, normal, lambda r: np.sqrt(mass / r), (0, 0, 0), (0, 0, 0), seed)
     # Turn each orbit about a line of nodes in the disk's plane; the tips of the axes fill a cap evenly.
     random = np.random.default_rng((0, seed))
     axis = np.array(validate.direction("orbits", "normal", normal))
@@ -135,11 +136,15 @@ def _turned(vectors, axes, angles):
 
 def box(count: int, *, low, high, velocity=(0, 0, 0), seed: int) -> dict:
     """`count` points spread evenly over the box between the corners `low` and `high`, all with `velocity`."""
-    low, high = (np.array(validate.near_vector("box", name, value)) for name, value in (("low", low), ("high", high)))
+    # A zero without its sign: NumPy takes -0 for less than 0.
+    low, high = (
+        np.array(validate.near_vector("box", name, value)) + 0.0 for name, value in (("low", low), ("high", high))
+    )
     if (low > high).any():
         raise InputError(f"box: low {tuple(low.tolist())} is above high {tuple(high.tolist())}; swap the coordinates")
     positions = _generator("box", seed).uniform(low, high, (_count("box", count), 3))
-    return {"positions": positions, "velocities": np.tile(validate.vector("box", "velocity", velocity), (count, 1))}
+    velocity = validate.vector("box", "velocity", velocity)
+    return {"positions": positions, "velocities": np.tile(velocity, (len(positions), 1))}
 
 
 def _start(owner, positions, distance, across, speed, velocity, center):

@@ -1,5 +1,7 @@
 """The gate itself: values that hide what they are, have no end, or fail when they are asked."""
 
+import decimal
+import fractions
 import itertools
 import warnings
 
@@ -138,3 +140,34 @@ def test_what_is_drawn_beside_a_film_is_checked(tmp_path):
 
     with pytest.raises(fs.InputError, match=r"what beside drew has shape \(3, 4, 3\)"):
         _one_frame(lambda size: Other(), tmp_path)
+
+
+@pytest.mark.parametrize("three", [3.0, np.float16(3), fractions.Fraction(3), decimal.Decimal(3), np.array(3.0)])
+def test_whole_numbers_of_any_type_sample_the_same(three):
+    for draw in (
+        lambda n: fs.sampling.box(n, low=(0, 0, 0), high=(1, 1, 1), seed=n),
+        lambda n: fs.sampling.orbits(n, radius=1, mass=1, seed=n),
+        lambda n: fs.sampling.shell(n, radius=1, seed=n),
+        lambda n: fs.sampling.cylinder(n, radius=1, height=(0, 1), seed=n),
+    ):
+        wanted, found = draw(3), draw(three)
+        assert all(np.array_equal(wanted[name], found[name]) for name in wanted)
+
+
+def test_boxes_of_points_without_height_or_without_end():
+    flat = fs.sampling.box(2, low=(0.0, 0.0, 0.0), high=(1.0, 1.0, -0.0), seed=1)
+    assert (flat["positions"][:, 2] == 0.0).all()
+    with pytest.raises(fs.InputError, match=r"^box: low.*; give "):
+        fs.sampling.box(2, low=(-1e308, 0, 0), high=(1e308, 1, 1), seed=1)
+
+
+def test_a_figure_that_cannot_be_drawn_is_told_of(tmp_path):
+    def draw(size):
+        figure = fs.plots.figure(size)
+        figure.suptitle(r"$\frac{1$")
+        return figure
+
+    pytest.importorskip("matplotlib")
+    with pytest.raises(fs.InputError, match="Picture: what draw gave"):
+        fs.Picture(draw).save(tmp_path / "a.png", (40, 40))
+    assert not list(tmp_path.iterdir())

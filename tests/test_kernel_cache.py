@@ -3,6 +3,7 @@
 import os
 import pathlib
 import resource
+import shutil
 import subprocess
 import sys
 
@@ -54,12 +55,26 @@ def flipped(path):
     path.write_bytes(content)
 
 
+def piped(path):
+    """Reading it would wait for ever."""
+    path.unlink()
+    os.mkfifo(path)
+
+
+def foldered(path):
+    path.unlink()
+    path.mkdir()
+
+
 @pytest.mark.parametrize(
     ("ending", "damage"),
     [
         (".o", emptied),
         (".o", flipped),
         (".meta", flipped),
+        pytest.param(".o", piped, marks=pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes in folders")),
+        pytest.param(".sha256", piped, marks=pytest.mark.full),
+        pytest.param(".o", foldered, marks=pytest.mark.full),
         pytest.param(".meta", emptied, marks=pytest.mark.full),
         pytest.param(".o", pathlib.Path.unlink, marks=pytest.mark.full),
         pytest.param(".sha256", pathlib.Path.unlink, marks=pytest.mark.full),
@@ -73,6 +88,15 @@ def test_what_is_damaged_is_compiled_anew(filled, ending, damage):
     stamps = {path: path.stat().st_mtime_ns for path in files(filled, ".o")}
     assert run(filled) == ("0.5\n", "")
     assert {path: path.stat().st_mtime_ns for path in files(filled, ".o")} == stamps, "healed, then compiled again"
+
+
+@pytest.mark.parametrize("target", [None, "nowhere"])
+def test_what_stands_in_a_module_s_place_goes(filled, tmp_path, target):
+    (module,) = {path.parent for path in files(filled, ".o")}
+    shutil.rmtree(module)
+    module.write_text("in the way") if target is None else module.symlink_to(tmp_path / target)
+    assert run(filled) == ("0.5\n", "")
+    assert files(module, ".o")
 
 
 @pytest.mark.parametrize("place", ["file/cache", "file"])

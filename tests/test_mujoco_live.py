@@ -6,6 +6,7 @@ import pytest
 from mujoco_models import PLANET, SURFACE, model_of, passive
 
 import fieldsim as fs
+from fieldsim.mujoco.forces import FIXED
 
 LAW = fs.mujoco.Contact(1.0, depth=0.3, damping=0.2, friction=0.4)
 # A box and a ball in the ring's surface, a bead that has no mass yet, on an arm that has.
@@ -224,6 +225,23 @@ def test_a_world_that_gets_other_bodies_is_told_of():
         with pytest.raises(fs.InputError, match=r"its world has other bodies \(2\) than when it was made \(1\)"):
             ask()
     assert mujoco.get_mjcb_passive() is None
+
+    def run():
+        with fs.mujoco.FieldForces(model, data, world, native=False):
+            world.add_body(PLANET)
+
+    with pytest.warns(fs.FieldsimWarning, match="its world got other bodies within the block"):
+        run()
+
+
+@pytest.mark.parametrize("name", FIXED)
+def test_what_tables_are_made_of_stays(name):
+    model, data = started()
+    forces = fs.mujoco.FieldForces(model, data, PLANET, native=False)
+    with pytest.raises(fs.InputError, match=f"FieldForces: {name} stays as it is"):
+        setattr(forces, name, getattr(forces, name))
+    with pytest.raises(ValueError, match="read-only"):
+        forces.bodies[0] = 10**6
 
 
 def test_what_surfaces_do_not_touch_is_named():

@@ -14,6 +14,7 @@ import mujoco
 import numpy as np
 
 from fieldsim import validate
+from fieldsim.arrays import read_only
 from fieldsim.copies import Uncopied, shallow
 from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.mujoco import callback, checks, layout, sensors
@@ -31,6 +32,8 @@ from fieldsim.world.body import Body
 from fieldsim.world.world import World
 
 ACCURACIES = ("points", "geoms", "torque")
+# What is told once.
+FIXED = ("model", "data", "sources", "bodies", "accuracy", "contact", "keep_gravity", "native")
 NOTHING = np.empty((0, 8))
 # Gravity that was switched off: a zero that can be told from one that a user sets.
 OFF = -0.0
@@ -60,6 +63,7 @@ class FieldForces(Uncopied):
     step): the next stage of a step sees it, as does every question; vertices of meshes are seen by questions, and
     when entered, or after `refresh()`. Of a body with gravcomp that share of the field's gravity is compensated.
     Copies may have other masses, and inertias, and for accuracy "geoms" or contact nothing else than the model.
+    What was given here stays: sources, bodies, accuracy, contact and the others refuse to be set.
 
     To MuJoCo the field is a passive force: `mujoco.mj_inverse` takes it off as it does springs, but data.energy, the
     bias forces of `mj_rne` and some sensors leave it out. `energy()` has all energies, `readings()` what sensors read;
@@ -90,8 +94,8 @@ class FieldForces(Uncopied):
         given = given_sources(sources)
         self.sources = sources_of(given)
         self._worlds = [(world, tuple(world.bodies)) for world in given if isinstance(world, World)]
-        self.bodies = checks.bodies(model, bodies)
-        self._chosen, self._weighing = None if bodies is None else self.bodies.tolist(), False
+        chosen = checks.bodies(model, bodies)
+        self._chosen, self._weighing = None if bodies is None else chosen.tolist(), False
         self.accuracy = validate.choice("FieldForces", "accuracy", accuracy, ACCURACIES)
         if contact is not None:
             validate.instance("FieldForces", "contact", contact, Contact, "give a fs.mujoco.Contact(speed), or None")
@@ -126,26 +130,38 @@ class FieldForces(Uncopied):
         if contact and bodies is None:
             warn_of_untouched(model, self.bodies)
 
+    def __setattr__(self, name, value):
+        if name in FIXED and name in self.__dict__:
+            raise InputError(f"FieldForces: {name} stays as it is, as tables are made of it; make another FieldForces")
+        super().__setattr__(name, value)
+
     def refresh(self) -> None:
         """See numbers of the model that were changed; steps, questions and entering do so by themselves.
 
         Raises InputError for numbers that cannot be, and for a World that was given and has got other bodies.
         """
-        for world, bodies in self._worlds:
-            if len(world.bodies) != len(bodies) or not all(map(operator.is_, world.bodies, bodies)):
-                raise InputError(
-                    f"FieldForces: its world has other bodies ({len(world.bodies)}) than when it was made "
-                    f"({len(bodies)}); make another FieldForces"
-                )
+        for now, before in self._other_bodies():
+            raise InputError(
+                f"FieldForces: its world has other bodies ({now}) than when it was made ({before}); make another "
+                "FieldForces"
+            )
         if self._watch.changed():
             self._renew()
+
+    def _other_bodies(self):
+        """How many bodies each given world has and had, of those that got other ones."""
+        return [
+            (len(world.bodies), len(bodies))
+            for world, bodies in self._worlds
+            if len(world.bodies) != len(bodies) or not all(map(operator.is_, world.bodies, bodies))
+        ]
 
     def _renew(self):
         """Make all tables of what the model is now."""
         with self._lock:
             touching = self.contact is not None
             checks.numbers(self.model, touching or self.accuracy == "geoms")
-            self.bodies = self._those_that_feel()
+            self.__dict__["bodies"] = read_only(self._those_that_feel())
             watch = Watch(self.model, self.accuracy, touching)
             self._plan = self._planned()
             self._turns = [np.empty((len(table.arrays.groups), 9)) for table in (self._gravity, self._surface)]
@@ -303,6 +319,8 @@ class FieldForces(Uncopied):
             words = "the field was off: MuJoCo's passive callback was set within the block, in its place; set it before"
         elif off:
             words = f"the field was off: an option set within the block disables passive forces; {off}"
+        elif self._other_bodies():
+            words = "its world got other bodies within the block, which were not felt; make another FieldForces"
         elif checks.lets_sleep(self.model):
             words = "bodies that slept did not feel the field: the flag sleep was enabled within the block; disable it"
         elif twins or heirs:

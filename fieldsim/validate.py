@@ -109,7 +109,7 @@ def _within(owner, name, result, noun, above, at_least, below, at_most):
 def bounded(owner: str, what: str, count, most: int, remedy: str) -> None:
     """Refuse a request by its size, before it takes memory or time: `count` of `what`, `most` at most."""
     if not count <= most:
-        number = f"{count:,.0f}" if count < 1e15 else f"{count:.0e}"
+        number = f"{count:,.0f}" if count < 1e15 else f"{count:.0e}" if count < 1e300 else "more than 1e300"
         raise InputError(f"{owner}: this takes {number} {what}, more than {most:,}; {remedy}")
 
 

@@ -4,6 +4,7 @@ import warnings
 
 import mujoco
 import numpy as np
+import pytest
 
 import fieldsim as fs
 
@@ -80,3 +81,17 @@ def test_no_value_ends_in_an_error_of_another_kind():
     assert not raw, "\n".join(raw)
     assert tried > 1000
     assert mujoco.get_mjcb_passive() is None
+
+
+@pytest.mark.parametrize("name", ["\ud800", "no\0body", "x" * 5000, 10**5000], ids=["half", "zero", "long", "huge"])
+def test_names_that_mujoco_cannot_take(name):
+    model = mujoco.MjModel.from_xml_string(
+        "<mujoco><worldbody><body><freejoint/><geom size='1'/></body></worldbody></mujoco>"
+    )
+    planet = fs.Body(fs.Point((0, 0, 0)), gravity=fs.Newtonian())
+    with pytest.raises(fs.InputError, match=r"FieldForces: .*(bodies has|has no body)"):
+        fs.mujoco.FieldForces(model, mujoco.MjData(model), planet, bodies=[name])
+    with pytest.raises(fs.InputError, match="skin: the model has no body"):
+        fs.mujoco.skin(model, name)
+    with pytest.raises(fs.InputError, match="model"):
+        fs.mujoco.Scene(fs.World(), name)

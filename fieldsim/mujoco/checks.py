@@ -5,6 +5,7 @@ import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import InputError
+from fieldsim.mujoco.models import named_body
 
 
 def model_and_data(model, data) -> None:
@@ -117,14 +118,17 @@ def bodies(model, chosen) -> np.ndarray:
 
 def _body(model, one):
     if isinstance(one, str):
-        found = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, one)
+        found = named_body(model, one)
         if found < 0:
             names = ", ".join(repr(model.body(b).name) for b in range(1, model.nbody) if model.body(b).name)
-            raise InputError(f"FieldForces: the model has no body {one!r}; it has {names or 'none with a name'}")
+            raise InputError(
+                f"FieldForces: the model has no body {validate.shown(one)}; it has {names or 'none with a name'}"
+            )
         return found
     if isinstance(one, bool) or not isinstance(one, int | np.integer) or not 0 < one < model.nbody:
         raise InputError(
-            f"FieldForces: bodies has {one!r}; give names, or numbers from 1 to {model.nbody - 1} (0 is the world)"
+            f"FieldForces: bodies has {validate.shown(one)}; give names, or numbers from 1 to {model.nbody - 1} "
+            "(0 is the world)"
         )
     return int(one)
 

@@ -27,18 +27,33 @@ def model_of(source):
         raise InputError(
             f"model is {validate.shown(source)}; give a mujoco.MjModel, MJCF as text, or the path of a file of it"
         )
-    text = os.fspath(source)
-    if not isinstance(text, str) or "\0" in text:
+    # A text has no path's limits.
+    path = None if isinstance(source, str) else validate.path("MuJoCo", "model", source)
+    text = str(path or source)
+    if not is_text(text):
         raise InputError(f"model is {validate.shown(source)}; give MJCF as text, or the path of a file of it")
-    if text.lstrip().startswith("<"):
+    if path is None and text.lstrip().startswith("<"):
         return _read(mujoco.MjModel.from_xml_string, text, "the MJCF")
     path = pathlib.Path(text)
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise InputError(
             f"there is no model {validate.shown(text)}; give the path of an MJCF file, such as humanoid.xml"
         )
     binary = path.suffix == ".mjb"
     return _read(mujoco.MjModel.from_binary_path if binary else mujoco.MjModel.from_xml_path, text, repr(text))
+
+
+def is_text(text: str) -> bool:
+    """Whether MuJoCo can take a string: no zero characters, no halves of characters."""
+    try:
+        return "\0" not in text and text.encode() is not None
+    except UnicodeEncodeError:
+        return False
+
+
+def named_body(model, name: str) -> int:
+    """The number of the body of that name, -1 where there is none."""
+    return mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, name) if is_text(name) else -1
 
 
 def _read(read, source, name):

@@ -8,7 +8,7 @@ import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import FieldsimError, InputError
-from fieldsim.mujoco.models import alike
+from fieldsim.mujoco.models import alike, named_body
 from fieldsim.mujoco.tables import sources_of
 from fieldsim.potentials.mesh import TriangleMesh
 from fieldsim.world.body import Body
@@ -101,7 +101,7 @@ def follow(model, data, planets) -> None:
 
 
 def _follow(model, data, planet):
-    body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, planet.name)
+    body = named_body(model, planet.name)
     if body < 0 or model.body_mocapid[body] < 0:
         raise InputError(
             f"follow: the model has no mocap body {planet.name!r}; put planet_geom(..., mocap=True).body into it"

@@ -50,7 +50,7 @@ def rollout(forces, starts, steps: int, *, controls=None, threads: int | None = 
     validate.instance("rollout", "forces", forces, FieldForces, "give a fs.mujoco.FieldForces")
     model = forces.model
     starts = _starts(model, starts)
-    steps = validate.whole("rollout", "steps", steps, at_least=1)
+    steps = validate.whole("rollout", "steps", steps, at_least=1, at_most=2**53)
     size = 8 * len(starts) * steps * (starts.shape[1] + model.nsensordata)
     if size > MOST:
         raise InputError(

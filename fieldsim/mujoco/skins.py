@@ -8,7 +8,7 @@ import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import InputError
-from fieldsim.mujoco.models import color_of, counts, label, model_of, seen_geoms
+from fieldsim.mujoco.models import color_of, counts, label, model_of, named_body, seen_geoms
 from fieldsim.potentials.point import Point
 from fieldsim.potentials.primitive import Primitive
 from fieldsim.potentials.segment import Segment
@@ -99,7 +99,7 @@ def _tree(model, root):
     """Numbers of the bodies of a tree."""
     if root is None:
         return {b for b in range(1, model.nbody) if model.body_weldid[b] != 0}
-    found = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, root) if isinstance(root, str) else root
+    found = named_body(model, root) if isinstance(root, str) else root
     if isinstance(found, bool) or not isinstance(found, int | np.integer) or not 0 <= found < model.nbody:
         names = ", ".join(repr(model.body(b).name) for b in range(1, model.nbody) if model.body(b).name)
         raise InputError(f"skin: the model has no body {validate.shown(root)}; it has {names or 'none with a name'}")

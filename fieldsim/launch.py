@@ -202,6 +202,8 @@ if hasattr(os, "register_at_fork"):
 
 # Slices of a launch take about so long [s]; so long, what items took last time is trusted.
 _SLICE, _TRUSTED = 0.1, 0.0005
+# Launches that take longer than this [s] are worth threads.
+_THREADED = 0.00005
 # So many parts of items a slice has at most: the next items may take far longer than those before.
 _PARTS = 200_000
 # Seconds that a part of an item took last, by kernel.
@@ -256,7 +258,9 @@ def launch(kernel, count, inputs, outputs=(), *, device, grain=256, threads=None
     if count == 0:
         return
     _loading.load(kernel, device)
-    is_short = count * parts * _paces.get(kernel, math.inf) < _TRUSTED and (parts == 1 or count * parts <= _PARTS)
+    expected = count * parts * _paces.get(kernel, math.inf)
+    # Threads take longer to start than the shortest launches take.
+    is_short = expected < (_TRUSTED if count < 2 * grain else _THREADED) and (parts == 1 or count * parts <= _PARTS)
     if device.is_cuda or is_short:
         begin = time.perf_counter()
         wp.launch(kernel, dim=count, inputs=[0, *arguments], device=device)

@@ -12,7 +12,7 @@ from fieldsim.dynamics.rigid_body import log_slope
 from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.mujoco import checks
 from fieldsim.mujoco.contact import WIDTH
-from fieldsim.mujoco.models import label, named
+from fieldsim.mujoco.models import label, listed, named
 from fieldsim.mujoco.points import frame_of, mesh_of
 
 Kind = mujoco.mjtGeom
@@ -21,8 +21,6 @@ Kind = mujoco.mjtGeom
 SPACING = 0.5
 SPACES = 8
 MOST = 128
-# Things at most that a warning names.
-MOST_NAMED = 12
 # A step as long as this share of 1 / (angular frequency of a hit) resolves it.
 RESOLVED = 0.5
 
@@ -110,9 +108,8 @@ def warn_of_untouched(model, bodies) -> None:
     names = [f"geom {label(model, geom)} (its body has no mass)" for geom in np.flatnonzero(loose)]
     names += [f"flex {named(model, 'flex', k)}" for k in np.flatnonzero(_collides(model, "flex")).tolist()]
     if names:
-        more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
         warnings.warn(
-            f"FieldForces: surfaces of the sources do not touch {', '.join(names[:MOST_NAMED])}{more}; give bodies a "
+            f"FieldForces: surfaces of the sources do not touch {listed(names)}; give bodies a "
             "mass, or planets as geoms for MuJoCo's own contact (fs.mujoco.planet_geom)",
             FieldsimWarning,
             stacklevel=3,

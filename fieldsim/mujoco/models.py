@@ -13,6 +13,8 @@ from fieldsim.errors import InputError
 SEEN_GROUPS = (0, 1, 2)
 # What MuJoCo gives a geom that states no colour: one with a material then has the material's.
 UNTOLD = np.array((0.5, 0.5, 0.5, 1.0), dtype=np.float32)
+# Things at most that a warning names.
+MOST_NAMED = 12
 
 
 def model_of(source):
@@ -95,6 +97,12 @@ def named(model, sort: str, number: int) -> str:
     """The name of a thing of a sort (tendon, flex, texture, ...) as it stands in a message, or its number."""
     name = mujoco.mj_id2name(model, getattr(mujoco.mjtObj, f"mjOBJ_{sort.upper()}"), int(number))
     return repr(name) if name else str(number)
+
+
+def listed(names) -> str:
+    """Names as they stand in a warning: the first ones, and how many more there are."""
+    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
+    return ", ".join(names[:MOST_NAMED]) + more
 
 
 # Numbers of things by which models are told apart.

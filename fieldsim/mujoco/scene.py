@@ -10,7 +10,7 @@ import numpy as np
 from fieldsim import validate
 from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.mujoco.geoms import material_of, shape_of
-from fieldsim.mujoco.models import alike, model_of, seen, seen_geoms
+from fieldsim.mujoco.models import alike, listed, model_of, seen, seen_geoms
 from fieldsim.mujoco.planet import PlanetGeom
 from fieldsim.mujoco.skins import Skin
 from fieldsim.mujoco.undrawn import undrawn
@@ -23,8 +23,6 @@ LOOKS = (
     *("site_type", "site_size", "site_rgba", "site_matid", "site_group"),
     *("mat_rgba", "mat_specular", "mat_shininess", "mat_reflectance", "mat_texid", "mat_texrepeat", "mat_texuniform"),
 )
-# Things at most that a warning names.
-MOST = 12
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -91,9 +89,8 @@ class Scene:
         before, left_out = self._left_out, undrawn(self.model, self.geoms)
         self._left_out = left_out
         if left_out and left_out != before:
-            more = f" and {len(left_out) - MOST} more" if len(left_out) > MOST else ""
             warnings.warn(
-                f"Scene: of the model these are not drawn: {', '.join(left_out[:MOST])}{more}; add bodies or shapes to "
+                f"Scene: of the model these are not drawn: {listed(left_out)}; add bodies or shapes to "
                 "the world for what is to be seen, or see mujoco.Renderer (--beside) for MuJoCo's own picture",
                 FieldsimWarning,
                 stacklevel=4,

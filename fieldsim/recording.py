@@ -20,7 +20,7 @@ from fieldsim import files, interrupts, validate
 from fieldsim.archive import MOST_ABOUT, Archive
 from fieldsim.copies import Uncopied
 from fieldsim.errors import FilmError, InputError
-from fieldsim.world import quaternion
+from fieldsim.numerics import quaternion
 from fieldsim.world.motion import Pose
 from fieldsim.world.world import Snapshot, World, given_world
 

@@ -11,9 +11,9 @@ import pytest
 import targets
 
 from fieldsim.errors import InputError
+from fieldsim.numerics.angles import arctangent, sine_cosine
 from fieldsim.potentials import cells
 from fieldsim.potentials.arc import Arc
-from fieldsim.potentials.arc_angles import arctangent, sine_cosine
 from fieldsim.potentials.circle import Circle
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
 

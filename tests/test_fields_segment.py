@@ -8,8 +8,8 @@ import pytest
 import targets
 
 from fieldsim.errors import InputError
+from fieldsim.numerics.error_functions import erfcx
 from fieldsim.potentials import cells
-from fieldsim.potentials.error_functions import erfcx
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
 from fieldsim.potentials.line_integrals import inverse_powers
 from fieldsim.potentials.point import EXPONENT_LIMIT, Point

@@ -9,9 +9,9 @@ import pytest
 import triangle_oracle
 
 from fieldsim.errors import InputError
-from fieldsim.potentials.clausen import clausen
+from fieldsim.numerics.clausen import clausen
+from fieldsim.numerics.owen import line_of_sight, owen_t
 from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Metaball, Newtonian, Quartic, SoftObject
-from fieldsim.potentials.owen import line_of_sight, owen_t
 from fieldsim.potentials.triangle import Triangle
 
 KERNELS = [

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import targets
 
+from fieldsim.numerics.special import sine_powers, sine_sixth
 from fieldsim.potentials.arc import Arc
 from fieldsim.potentials.cells import CELLS
 from fieldsim.potentials.circle import Circle
@@ -24,7 +25,6 @@ from fieldsim.potentials.kernels import (
 )
 from fieldsim.potentials.point import Point
 from fieldsim.potentials.segment import Segment
-from fieldsim.potentials.special import sine_powers, sine_sixth
 
 COMPACT = (Metaball, SoftObject, Quartic)
 ALGEBRAIC = (Cauchy, Newtonian, InverseSquare)

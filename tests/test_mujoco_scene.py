@@ -11,7 +11,7 @@ import fieldsim as fs
 from fieldsim.mujoco.geoms import material_of
 from fieldsim.mujoco.models import model_of
 from fieldsim.mujoco.skins import medial
-from fieldsim.world import quaternion
+from fieldsim.numerics import quaternion
 
 # Geoms
 

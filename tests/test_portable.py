@@ -16,8 +16,8 @@ from fieldsim import launch, portable_rules
 from fieldsim import portable as portable_module
 from fieldsim.copies import ThreadLock
 from fieldsim.errors import PortableError
+from fieldsim.numerics.special import log1p
 from fieldsim.portable import Indices, Portable, Table, portable, real
-from fieldsim.potentials.special import log1p
 
 THIRD = 1 / 3
 X = np.linspace(0.07, 6.1, 40)

@@ -14,7 +14,7 @@ from fieldsim.dynamics.rigid import FreeBodies
 from fieldsim.dynamics.rigid_diagnostics import body_angular_momentum, body_energy, body_momentum
 from fieldsim.dynamics.rigid_diagnostics import wrenches as wrenches_of
 from fieldsim.dynamics.rigid_steps import energy_kernel, rigid_kernel
-from fieldsim.world.quaternion import product
+from fieldsim.numerics.quaternion import product
 
 ROD = fs.Segment((-1, 0, 0), (1, 0, 0))
 ORIGIN = fs.Point((0, 0, 0))

@@ -9,15 +9,9 @@ import numpy as np
 import pytest
 import warp as wp
 
+from fieldsim.numerics.carlson import carlson_d_pair
+from fieldsim.numerics.special import bessel_scaled, elliptic_dv, exp_slope, log1p, sine_powers
 from fieldsim.portable import portable, real
-from fieldsim.potentials.carlson import carlson_d_pair
-from fieldsim.potentials.special import (
-    bessel_scaled,
-    elliptic_dv,
-    exp_slope,
-    log1p,
-    sine_powers,
-)
 
 # Accepted errors in units of the target's rounding.
 ULPS = {

@@ -36,7 +36,7 @@ from fieldsim.dynamics.sources import Sources
 from fieldsim.dynamics.state import whole
 from fieldsim.errors import FieldsimError, FieldsimWarning
 from fieldsim.launch import launch
-from fieldsim.world import quaternion
+from fieldsim.numerics import quaternion
 from fieldsim.world.motion import Pose
 
 # Contacts want steps shorter than this share of 1 / (their angular frequency).

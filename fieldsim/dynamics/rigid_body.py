@@ -12,9 +12,9 @@ from fieldsim.dynamics.refusals import body_name
 from fieldsim.dynamics.shells import Shell, shell, spacing
 from fieldsim.dynamics.surfaces import refuse_compact, with_reach
 from fieldsim.errors import InputError
+from fieldsim.numerics import quaternion
 from fieldsim.potentials import cells
 from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Newtonian
-from fieldsim.world import quaternion
 from fieldsim.world.motion import Pose
 
 # Relative error of the mass points' pull on what touches the body.

@@ -8,8 +8,8 @@ from fieldsim.dynamics.rigid_gravity import Masses
 from fieldsim.dynamics.rigid_steps import Rigids
 from fieldsim.dynamics.sources import Sources, Stages, tables, upload
 from fieldsim.dynamics.surfaces import with_reach
+from fieldsim.numerics import quaternion
 from fieldsim.potentials import cells
-from fieldsim.world import quaternion
 
 HOST = "cpu"
 

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from fieldsim.world import quaternion
+from fieldsim.numerics import quaternion
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

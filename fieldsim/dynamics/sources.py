@@ -12,8 +12,8 @@ import warp as wp
 
 from fieldsim.errors import InputError
 from fieldsim.launch import launch
+from fieldsim.numerics import quaternion
 from fieldsim.potentials import cells
-from fieldsim.world import quaternion
 from fieldsim.world.motion import IDENTITY, Spin
 
 ROLES = {

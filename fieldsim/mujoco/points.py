@@ -7,7 +7,7 @@ inertia, whatever densities or inertia the model states; where that is what the 
 import mujoco
 import numpy as np
 
-from fieldsim.world import quaternion
+from fieldsim.numerics import quaternion
 
 Kind = mujoco.mjtGeom
 # Cells of the grid inside a mesh, along its longest side.

@@ -14,7 +14,7 @@ from fieldsim.mujoco.models import alike, listed, model_of, seen, seen_geoms
 from fieldsim.mujoco.planet import PlanetGeom
 from fieldsim.mujoco.skins import Skin
 from fieldsim.mujoco.undrawn import undrawn
-from fieldsim.world import quaternion
+from fieldsim.numerics import quaternion
 from fieldsim.world.world import Snapshot, World, given_world
 
 # What shapes and materials are made of.

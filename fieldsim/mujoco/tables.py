@@ -10,9 +10,9 @@ from fieldsim.dynamics.refusals import refuse
 from fieldsim.dynamics.surfaces import with_reach
 from fieldsim.errors import InputError
 from fieldsim.mujoco.sums import LENGTHS, sum_of
+from fieldsim.numerics import quaternion
 from fieldsim.potentials import cells
 from fieldsim.potentials.field import Field
-from fieldsim.world import quaternion
 from fieldsim.world.body import Body
 from fieldsim.world.motion import Spin, pose_at
 from fieldsim.world.world import World

@@ -23,12 +23,12 @@ import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import InputError
+from fieldsim.numerics.angles import arctangent
+from fieldsim.numerics.carlson import carlson_d_trio
 from fieldsim.portable import portable, real
-from fieldsim.potentials.arc_angles import arctangent
 from fieldsim.potentials.arc_gaussian import gaussian_arc
 from fieldsim.potentials.arc_jet import arc_jet, plain_ends, plain_offset, ring_offset, sharp_ends
 from fieldsim.potentials.arc_powers import arc_powers
-from fieldsim.potentials.carlson import carlson_d_trio
 from fieldsim.potentials.cells import register
 from fieldsim.potentials.circle import TAU, cauchy_circle, gaussian_circle, newtonian_circle
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian

@@ -7,10 +7,10 @@ a peak of which one side or both lie in the range up to the cut, these sides are
 
 import math
 
+from fieldsim.numerics.angles import HALF_PI, arctangent, sine_cosine
+from fieldsim.numerics.special import bessel_scaled, exp_moment, exp_slope
 from fieldsim.portable import portable, real
-from fieldsim.potentials.arc_angles import HALF_PI, arctangent, sine_cosine
 from fieldsim.potentials.point import EXPONENT_LIMIT
-from fieldsim.potentials.special import bessel_scaled, exp_moment, exp_slope
 
 QUARTER_PI = math.pi / 4
 # Added to 1, it is lost in float32 but not in float64.

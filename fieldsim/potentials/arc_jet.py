@@ -5,8 +5,8 @@ Closer to a bare source than the type can hold them, derivatives are 0, as on it
 
 import math
 
+from fieldsim.numerics.angles import sine_cosine
 from fieldsim.portable import Table, portable, real
-from fieldsim.potentials.arc_angles import sine_cosine
 from fieldsim.potentials.arc_ends import BESIDE, BESIDE_SINGLE, beside_end, beside_start
 from fieldsim.potentials.segment import SPLIT, SPLIT_SINGLE
 

@@ -12,13 +12,13 @@ import math
 import numpy as np
 
 from fieldsim import validate
+from fieldsim.numerics.special import bessel_scaled, elliptic_dv
 from fieldsim.portable import Table, portable, real
 from fieldsim.potentials.arc_jet import plain_offset, ring_offset
 from fieldsim.potentials.cells import register
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
 from fieldsim.potentials.point import EXPONENT_LIMIT
 from fieldsim.potentials.primitive import Primitive
-from fieldsim.potentials.special import bessel_scaled, elliptic_dv
 
 TAU = 2 * math.pi
 # Ratio of squared distances below which a bare wire may overflow what its field is made of.

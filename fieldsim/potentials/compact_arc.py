@@ -7,14 +7,14 @@ edge adds no terms (see `compact_segment`). An arc that leaves the support may c
 
 import math
 
+from fieldsim.numerics.angles import HALF_PI, arctangent, sine_cosine
+from fieldsim.numerics.special import sine_powers, sine_sixth
 from fieldsim.portable import portable, real
 from fieldsim.potentials.arc import Arc
-from fieldsim.potentials.arc_angles import HALF_PI, arctangent, sine_cosine
 from fieldsim.potentials.arc_jet import arc_jet, no_ends
 from fieldsim.potentials.cells import register
 from fieldsim.potentials.circle import TAU, Circle
 from fieldsim.potentials.kernels import Quartic, SoftObject
-from fieldsim.potentials.special import sine_powers, sine_sixth
 
 
 @portable

@@ -6,12 +6,12 @@ integrals of the kernel's over the same clipped part, without terms from its mov
 
 import math
 
+from fieldsim.numerics.special import log1p
 from fieldsim.portable import portable, real
 from fieldsim.potentials.cells import register
 from fieldsim.potentials.compact import quartic, soft_object
 from fieldsim.potentials.kernels import Metaball, Quartic, SoftObject
 from fieldsim.potentials.segment import Segment, segment_jet
-from fieldsim.potentials.special import log1p
 
 THIRD = 1 / 3
 

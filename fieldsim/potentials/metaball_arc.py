@@ -9,16 +9,16 @@ Moments are named by their powers: of sin^2 v (`s`), of sin v cos v (`sc`), over
 
 import math
 
+from fieldsim.numerics.angles import HALF_PI, sine_cosine
+from fieldsim.numerics.carlson import carlson_d_pair
+from fieldsim.numerics.special import sine_powers
 from fieldsim.portable import portable, real
 from fieldsim.potentials.arc import Arc
-from fieldsim.potentials.arc_angles import HALF_PI, sine_cosine
 from fieldsim.potentials.arc_jet import arc_jet, no_ends
-from fieldsim.potentials.carlson import carlson_d_pair
 from fieldsim.potentials.cells import register
 from fieldsim.potentials.circle import TAU, Circle
 from fieldsim.potentials.compact_arc import middle, reach
 from fieldsim.potentials.kernels import Metaball
-from fieldsim.potentials.special import sine_powers
 
 
 @portable

@@ -16,14 +16,14 @@ import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import InputError
+from fieldsim.numerics.error_functions import erfcx
+from fieldsim.numerics.special import log1p
 from fieldsim.portable import Table, portable, real
 from fieldsim.potentials.cells import register
-from fieldsim.potentials.error_functions import erfcx
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
 from fieldsim.potentials.line_integrals import inverse_powers
 from fieldsim.potentials.point import EXPONENT_LIMIT, FAR
 from fieldsim.potentials.primitive import Primitive
-from fieldsim.potentials.special import log1p
 
 HALF_SQRT_PI = math.sqrt(math.pi) / 2
 # Below this width in units of 1/a a Gaussian segment is integrated by eight Gauss-Legendre nodes, exact to rounding.

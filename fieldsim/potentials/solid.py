@@ -21,6 +21,7 @@ import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import InputError
+from fieldsim.numerics.special import log1p
 from fieldsim.portable import Table, portable, real
 from fieldsim.potentials import cells
 from fieldsim.potentials.field import Field
@@ -28,7 +29,6 @@ from fieldsim.potentials.kernels import Newtonian
 from fieldsim.potentials.mesh import TriangleMesh
 from fieldsim.potentials.primitive import Primitive
 from fieldsim.potentials.segment import beside_line
-from fieldsim.potentials.special import log1p
 from fieldsim.potentials.triangle import Triangle
 
 # Beyond this many sizes of a face 16 points of degree 8 err less than closed forms, whose terms cancel.

@@ -20,8 +20,8 @@ import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import InputError
+from fieldsim.numerics.arctangent import angle_of, turned
 from fieldsim.portable import Table, portable, real
-from fieldsim.potentials.arctangent import angle_of, turned
 from fieldsim.potentials.primitive import Primitive
 
 FAR = 6.0

@@ -7,10 +7,10 @@ nodes give it and the field of the edge from the same exponentials; over a long 
 
 import math
 
+from fieldsim.numerics.owen import BEYOND, line_of_sight, tail, wedge
 from fieldsim.portable import portable, real
 from fieldsim.potentials.cells import register
 from fieldsim.potentials.kernels import Gaussian
-from fieldsim.potentials.owen import BEYOND, line_of_sight, tail, wedge
 from fieldsim.potentials.point import EXPONENT_LIMIT
 from fieldsim.potentials.segment import gaussian_segment
 from fieldsim.potentials.triangle import Triangle

@@ -6,13 +6,13 @@ z^2 + softening^2: Cauchy is F = P / s^4, and the inverse square has dF/d(zeta) 
 
 import math
 
+from fieldsim.numerics.arctangent import angle_and_rest, angle_of
+from fieldsim.numerics.clausen import clausen
+from fieldsim.numerics.special import COS_30, sine_fourth_series
 from fieldsim.portable import portable, real
-from fieldsim.potentials.arctangent import angle_and_rest, angle_of
 from fieldsim.potentials.cells import register
-from fieldsim.potentials.clausen import clausen
 from fieldsim.potentials.cubature import points_a_side
 from fieldsim.potentials.kernels import Cauchy, InverseSquare
-from fieldsim.potentials.special import COS_30, sine_fourth_series
 from fieldsim.potentials.triangle import Triangle
 from fieldsim.potentials.triangle_edges import cell
 

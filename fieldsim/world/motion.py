@@ -9,7 +9,7 @@ import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import InputError
-from fieldsim.world import quaternion
+from fieldsim.numerics import quaternion
 
 
 @dataclasses.dataclass(frozen=True)

@@ -8,8 +8,8 @@ Gauss-Legendre nodes then suffice everywhere.
 
 import math
 
+from fieldsim.numerics.error_functions import erfcx
 from fieldsim.portable import portable, real
-from fieldsim.potentials.error_functions import erfcx
 
 HALF_PI = math.pi / 2
 TWO_PI = 2 * math.pi

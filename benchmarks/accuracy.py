@@ -31,7 +31,7 @@ import numpy as np
 import fieldsim as fs
 from benchmarks.clouds import COUNT, Cloud, make_cloud
 from benchmarks.fields import KERNELS, PRIMITIVES
-from fieldsim.potentials import cells
+from fieldsim.potentials import registry
 
 sys.path.append(str(pathlib.Path(__file__).parent.parent / "tests"))
 
@@ -117,8 +117,8 @@ def over_reference(kernel, primitive):
     import reference_cases
     import targets
 
-    cases = reference_cases.reference()[cells.CELLS[kernel, primitive]]
-    packed = cells.pack([c.primitive for c in cases], [c.kernel for c in cases], 1.0)
+    cases = reference_cases.reference()[registry.CELLS[kernel, primitive]]
+    packed = registry.pack([c.primitive for c in cases], [c.kernel for c in cases], 1.0)
     points = np.array([c.point for c in cases])
     exact = np.zeros((len(cases), 10))
     exact[:, :4] = [[c.value, *c.gradient] for c in cases]
@@ -187,9 +187,9 @@ def _steps(points, shape, unit):
 
 
 def _extent(shape):
-    row = np.zeros(cells.WIDTH)
+    row = np.zeros(registry.WIDTH)
     shape.pack(row)
-    return np.abs(row[cells.POSITIONS]).max() + (shape.radius if hasattr(shape, "radius") else 0.0)
+    return np.abs(row[registry.POSITIONS]).max() + (shape.radius if hasattr(shape, "radius") else 0.0)
 
 
 def against_oracle(cloud, jets, places):
@@ -264,12 +264,12 @@ def similarity(cloud, jets):
     primitive, kernel = cloud.shapes[0], cloud.kernels[0]
     kinds, rows = cloud.packed
     turn = np.roll(np.eye(3), 1, axis=0)
-    turned = cells.place(rows, turn, np.zeros(3))
-    turned[:, cells.POSITIONS] *= 2.0
-    turned[:, cells.SIZE] *= 2.0
-    turned[:, cells.KERNEL] *= 0.5 if isinstance(kernel, fs.Cauchy | fs.Gaussian) else 2.0
+    turned = registry.place(rows, turn, np.zeros(3))
+    turned[:, registry.POSITIONS] *= 2.0
+    turned[:, registry.SIZE] *= 2.0
+    turned[:, registry.KERNEL] *= 0.5 if isinstance(kernel, fs.Cauchy | fs.Gaussian) else 2.0
     if isinstance(primitive, fs.Triangle):
-        turned[:, cells.ANGLE] *= 4.0  # there its area
+        turned[:, registry.ANGLE] *= 4.0  # there its area
     other = targets.jets("warp64", kinds, turned, 2.0 * cloud.points @ turn.T)[:, TURNED]
     order = np.array([0, 1, 1, 1, 2, 2, 2, 2, 2, 2])
     degree = primitive.dimension + {fs.Newtonian: -1, fs.InverseSquare: -2}.get(type(kernel), 0) - order
@@ -308,18 +308,18 @@ def _halves(kernel, shape):
         halves = fs.Triangle(shape.a, middle, shape.c), fs.Triangle(middle, shape.b, shape.c)
     else:
         return _half_arcs(kernel, shape)
-    return [cells.pack([half], [kernel], 1.0) for half in halves]
+    return [registry.pack([half], [kernel], 1.0) for half in halves]
 
 
 def _half_arcs(kernel, shape):
     """The elements of two half arcs; made of the whole's row, so that all lie on the same wire to the last digit."""
-    kind = cells.CELLS[type(kernel), fs.Arc].kind
-    row = cells.pack([shape], [kernel], 1.0).rows[0]
-    row[cells.ANGLE] /= 2
+    kind = registry.CELLS[type(kernel), fs.Arc].kind
+    row = registry.pack([shape], [kernel], 1.0).rows[0]
+    row[registry.ANGLE] /= 2
     start, normal = row[14:17], row[17:20]
     other = row.copy()
-    other[14:17] = np.cos(row[cells.ANGLE]) * start + np.sin(row[cells.ANGLE]) * np.cross(normal, start)
-    return [cells.Elements(r[None], np.array([kind]), np.zeros(1, int)) for r in (row, other)]
+    other[14:17] = np.cos(row[registry.ANGLE]) * start + np.sin(row[registry.ANGLE]) * np.cross(normal, start)
+    return [registry.Elements(r[None], np.array([kind]), np.zeros(1, int)) for r in (row, other)]
 
 
 def slope_across(cloud, jets):

@@ -13,7 +13,7 @@ from PIL import Image, ImageDraw
 import fieldsim as fs
 from benchmarks import accuracy
 from benchmarks.fields import KERNELS, PRIMITIVES, nanoseconds
-from fieldsim.potentials import cells
+from fieldsim.potentials import registry
 
 ROOT = pathlib.Path(__file__).parent.parent
 METHODS = {
@@ -41,7 +41,7 @@ def methods():
         for primitive in PRIMITIVES:
             cost = nanoseconds(kernel, primitive, wp.float64, 5)
             base = base or cost
-            jet = cells.CELLS[type(kernel), type(primitive)].jet
+            jet = registry.CELLS[type(kernel), type(primitive)].jet
             local = jet.bindings.get("kernel", jet)
             method = METHODS.get(type(primitive), {}).get(type(kernel).__name__, "the kernel")
             where = f"`{local.__module__.rsplit('.', 1)[-1]}.py`"

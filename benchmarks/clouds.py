@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 import fieldsim as fs
-from fieldsim.potentials import cells
+from fieldsim.potentials import registry
 
 COUNT = 10_000
 OTHERS = 7  # shapes in general position
@@ -37,7 +37,7 @@ class Cloud:
     @functools.cached_property
     def packed(self):
         """Kinds (N,) and rows (N, WIDTH) of every point's element."""
-        elements = [cells.pack([s], [k], 1.0) for s, k in zip(self.shapes, self.kernels, strict=True)]
+        elements = [registry.pack([s], [k], 1.0) for s, k in zip(self.shapes, self.kernels, strict=True)]
         kinds = np.concatenate([e.kinds for e in elements])
         return kinds[self.owner], np.concatenate([e.rows for e in elements])[self.owner]
 
@@ -160,7 +160,7 @@ def _feet(shape, count, rng):
         sideways = rng.uniform(-1, 1, (count, 3))
         normal = np.array(shape.normal) / np.linalg.norm(shape.normal)
         return np.array(shape.point) + sideways - (sideways @ normal)[:, None] * normal
-    row = np.zeros(cells.WIDTH)
+    row = np.zeros(registry.WIDTH)
     shape.pack(row)
     start, normal = row[14:17], row[17:20]
     turn = t * row[3]

@@ -14,7 +14,7 @@ import warp as wp
 
 import fieldsim as fs
 from fieldsim.launch import launch
-from fieldsim.potentials import cells
+from fieldsim.potentials import registry
 
 KERNELS = (
     fs.Cauchy(2.0),
@@ -91,7 +91,7 @@ def _warp_run(elements, points, scalar):
 @functools.cache
 def _gradient_kernel(kinds_used, scalar):
     vector = wp.types.vector(3, scalar)
-    total = cells.field_sum(kinds_used).warp(scalar)
+    total = registry.field_sum(kinds_used).warp(scalar)
 
     @wp.kernel(module="unique", enable_backward=False)
     def evaluate(
@@ -113,7 +113,7 @@ def _gradient_kernel(kinds_used, scalar):
 def _numba_run(elements, points):
     import numba
 
-    total = cells.field_sum(elements.kinds_used).numba
+    total = registry.field_sum(elements.kinds_used).numba
 
     @numba.njit(error_model="numpy")
     def loop(points, rows, kinds):

@@ -7,9 +7,9 @@ import numpy as np
 from fieldsim.dynamics.integrators import BlanesMoan6, Leapfrog, Omelyan4, Omelyan6
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.launch import THREADS
-from fieldsim.potentials.circle import Circle
 from fieldsim.potentials.kernels import Newtonian
-from fieldsim.potentials.segment import Segment
+from fieldsim.potentials.primitives.circle import Circle
+from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.world.body import Body, Bounce
 from fieldsim.world.material import Material
 from fieldsim.world.motion import Spin

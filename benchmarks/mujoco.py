@@ -128,9 +128,9 @@ def _field_alone(kind, places, times=20):
 def _loop(kind, kinds_used):
     import numba
 
-    from fieldsim.potentials import cells
+    from fieldsim.potentials import registry
 
-    total = {"field": cells.field_sum, "jet": cells.jet_sum}[kind](kinds_used).numba
+    total = {"field": registry.field_sum, "jet": registry.jet_sum}[kind](kinds_used).numba
 
     @numba.njit
     def run(places, rows, kinds, out, times):

@@ -13,10 +13,10 @@ from benchmarks import motion_page, rebound_peer
 from fieldsim.dynamics.integrators import Splitting
 from fieldsim.dynamics.radau import Radau
 from fieldsim.dynamics.simulation import Simulation
-from fieldsim.potentials.circle import Circle
 from fieldsim.potentials.kernels import Newtonian
-from fieldsim.potentials.point import Point
-from fieldsim.potentials.segment import Segment
+from fieldsim.potentials.primitives.circle import Circle
+from fieldsim.potentials.primitives.point import Point
+from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.world.body import Body
 from fieldsim.world.world import World
 

@@ -47,20 +47,22 @@ from fieldsim.errors import (
 )
 from fieldsim.filming import Report, film
 from fieldsim.plots import Picture
-from fieldsim.potentials import planets, profile
-from fieldsim.potentials.arc import Arc
-from fieldsim.potentials.circle import Circle
 from fieldsim.potentials.field import Field, gravity
 from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Metaball, Newtonian, Quartic, SoftObject
-from fieldsim.potentials.mesh import TriangleMesh, mesh
-from fieldsim.potentials.plane import Plane
-from fieldsim.potentials.point import Point
-from fieldsim.potentials.profile import Profile, ProfiledArc, ProfiledSegment, profiled
-from fieldsim.potentials.segment import Segment
-from fieldsim.potentials.shapes import bezier, box, catmull_rom, disc, polygon, polyline, rectangle
-from fieldsim.potentials.solid import Face, solid, solid_faces
-from fieldsim.potentials.tapered import TaperedSegment
-from fieldsim.potentials.triangle import Triangle
+from fieldsim.potentials.meshes.mesh import TriangleMesh, mesh
+from fieldsim.potentials.primitives import profile
+from fieldsim.potentials.primitives.arc import Arc
+from fieldsim.potentials.primitives.circle import Circle
+from fieldsim.potentials.primitives.face import Face
+from fieldsim.potentials.primitives.plane import Plane
+from fieldsim.potentials.primitives.point import Point
+from fieldsim.potentials.primitives.profile import Profile, ProfiledArc, ProfiledSegment, profiled
+from fieldsim.potentials.primitives.segment import Segment
+from fieldsim.potentials.primitives.tapered import TaperedSegment
+from fieldsim.potentials.primitives.triangle import Triangle
+from fieldsim.potentials.skeletons import planets
+from fieldsim.potentials.skeletons.shapes import bezier, box, catmull_rom, disc, polygon, polyline, rectangle
+from fieldsim.potentials.skeletons.solid import solid, solid_faces
 from fieldsim.recording import Recorded, Recording
 from fieldsim.render.camera import Camera
 from fieldsim.render.image import Renderer, render

@@ -10,9 +10,9 @@ import itertools
 import mpmath as mp
 import numpy as np
 
-from fieldsim.potentials.plane import Plane
-from fieldsim.potentials.point import Point
-from fieldsim.potentials.segment import Segment
+from fieldsim.potentials.primitives.plane import Plane
+from fieldsim.potentials.primitives.point import Point
+from fieldsim.potentials.primitives.segment import Segment
 
 DIGITS = 34
 NODES = 24

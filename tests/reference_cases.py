@@ -21,9 +21,6 @@ import pathlib
 
 import numpy as np
 
-from fieldsim.potentials.arc import Arc
-from fieldsim.potentials.cells import CELLS, Cell
-from fieldsim.potentials.circle import Circle
 from fieldsim.potentials.kernels import (
     Cauchy,
     Gaussian,
@@ -34,11 +31,14 @@ from fieldsim.potentials.kernels import (
     Quartic,
     SoftObject,
 )
-from fieldsim.potentials.plane import Plane
-from fieldsim.potentials.point import Point
-from fieldsim.potentials.primitive import Primitive
-from fieldsim.potentials.segment import Segment
-from fieldsim.potentials.triangle import Triangle
+from fieldsim.potentials.primitives.arc import Arc
+from fieldsim.potentials.primitives.base import Primitive
+from fieldsim.potentials.primitives.circle import Circle
+from fieldsim.potentials.primitives.plane import Plane
+from fieldsim.potentials.primitives.point import Point
+from fieldsim.potentials.primitives.segment import Segment
+from fieldsim.potentials.primitives.triangle import Triangle
+from fieldsim.potentials.registry import CELLS, Cell
 
 KERNELS = {
     "cauchy": lambda p: Cauchy(s=p["s"]),

@@ -7,7 +7,7 @@ import numpy as np
 import warp as wp
 
 from fieldsim import launch
-from fieldsim.potentials import cells
+from fieldsim.potentials import registry
 
 
 def evaluate(target, elements, points):
@@ -32,7 +32,7 @@ def jets(target, kinds, rows, points):
 
 def rows_of(primitives, kernels):
     """Kinds (N,) and packed rows (N, WIDTH) of single elements of unit strength, in the given order."""
-    parts = [cells.pack([p], [k], 1.0) for p, k in zip(primitives, kernels, strict=True)]
+    parts = [registry.pack([p], [k], 1.0) for p, k in zip(primitives, kernels, strict=True)]
     return np.concatenate([part.kinds for part in parts]), np.concatenate([part.rows for part in parts])
 
 
@@ -54,7 +54,7 @@ def _jets_of_cell(target, kind, rows, points):
 
 @functools.cache
 def _jet(kind):
-    return next(cell.jet for cell in cells.CELLS.values() if cell.kind == kind)
+    return next(cell.jet for cell in registry.CELLS.values() if cell.kind == kind)
 
 
 @functools.cache

@@ -10,9 +10,9 @@ import targets
 
 from fieldsim.numerics.carlson import carlson_d_trio
 from fieldsim.numerics.special import exp_moment
-from fieldsim.potentials.arc import Arc
-from fieldsim.potentials.circle import Circle
 from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Newtonian
+from fieldsim.potentials.primitives.arc import Arc
+from fieldsim.potentials.primitives.circle import Circle
 
 CENTER, NORMAL, START = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)
 KERNELS = [Newtonian(0.0), Newtonian(0.3), Cauchy(0.2), Cauchy(3.0), Gaussian(0.5), Gaussian(4.0)]

@@ -9,11 +9,11 @@ from fieldsim.dynamics.diagnostics import energy
 from fieldsim.dynamics.integrators import Leapfrog
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.errors import FieldsimWarning
-from fieldsim.potentials.circle import Circle
 from fieldsim.potentials.field import Field
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
-from fieldsim.potentials.point import Point
-from fieldsim.potentials.segment import Segment
+from fieldsim.potentials.primitives.circle import Circle
+from fieldsim.potentials.primitives.point import Point
+from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.world.body import Body, Bounce
 from fieldsim.world.material import Material
 from fieldsim.world.motion import Keyframes, Pose, Spin

@@ -5,7 +5,7 @@ import pytest
 
 import fieldsim as fs
 from fieldsim.dynamics.surfaces import REACH, with_reach
-from fieldsim.potentials.distances import DISTANCES
+from fieldsim.potentials.bounds.distance import DISTANCES
 
 BALL = 0.02
 WALL = 0.02

@@ -10,11 +10,11 @@ from fieldsim.dynamics.energy_log import EnergyLog, EnergyReport
 from fieldsim.dynamics.integrators import Leapfrog
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.errors import InputError
-from fieldsim.potentials.arc import Arc
-from fieldsim.potentials.circle import Circle
 from fieldsim.potentials.kernels import Newtonian
-from fieldsim.potentials.point import Point
-from fieldsim.potentials.segment import Segment
+from fieldsim.potentials.primitives.arc import Arc
+from fieldsim.potentials.primitives.circle import Circle
+from fieldsim.potentials.primitives.point import Point
+from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.world.body import Body, Bounce
 from fieldsim.world.contact import Repulsion
 from fieldsim.world.material import Material

@@ -9,9 +9,9 @@ from fieldsim.dynamics.diagnostics import angular_momentum, energy, jacobi
 from fieldsim.dynamics.energy_log import EnergyLog
 from fieldsim.dynamics.integrators import Leapfrog
 from fieldsim.dynamics.simulation import Simulation
-from fieldsim.potentials.circle import Circle
 from fieldsim.potentials.kernels import Newtonian
-from fieldsim.potentials.segment import Segment
+from fieldsim.potentials.primitives.circle import Circle
+from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.world.body import Body
 from fieldsim.world.motion import Spin
 from fieldsim.world.world import World

@@ -11,8 +11,8 @@ from reference_cases import Arc, Cauchy, Circle, Gaussian, Newtonian, Point, Seg
 
 from fieldsim import launch
 from fieldsim.errors import InputError
-from fieldsim.potentials import cells
 from fieldsim.potentials import field as field_module
+from fieldsim.potentials import registry
 from fieldsim.potentials.field import Field, gravity
 from fieldsim.world.body import Body
 from fieldsim.world.material import Material
@@ -26,7 +26,7 @@ BALL = Point((0.3, -0.2, 0.1))
 def one_of(cell):
     """The reference's first cases of a cell: their packed elements, points around them, and what rounding leaves."""
     cases = reference_cases.reference()[cell][:15]
-    elements = cells.pack([c.primitive for c in cases], [c.kernel for c in cases], 1.0)
+    elements = registry.pack([c.primitive for c in cases], [c.kernel for c in cases], 1.0)
     return elements, np.array([c.point for c in cases]), np.array([c.value_accepted for c in cases])
 
 
@@ -47,7 +47,7 @@ def test_fields_move_rigidly_with_their_bodies(cell):
     assert np.linalg.norm(quaternion) == pytest.approx(1.0)
     rotation = np.eye(3) + 2 * (w * _cross((x, y, z)) + _cross((x, y, z)) @ _cross((x, y, z)))
     shift = np.array([0.4, -1.3, 0.8])
-    placed = cells.Elements(cells.place(elements.rows, rotation, shift), elements.kinds, elements.order)
+    placed = registry.Elements(registry.place(elements.rows, rotation, shift), elements.kinds, elements.order)
     value, gradient = targets.evaluate("warp64", elements, points)
     moved_value, moved_gradient = targets.evaluate("warp64", placed, points @ rotation.T + shift)
     # Moving rounds coordinates of size 30 to 1e-15, next to a wire at 0.02: 1e-13 of the field.
@@ -371,18 +371,18 @@ def test_unknown_cells_name_the_known_ones():
 
 def test_cells_enter_the_chart_once():
     with pytest.raises(InputError, match="Newtonian on Point is in the chart already"):
-        cells.register(Newtonian, Point, cells.CELLS[Newtonian, Point].jet)
+        registry.register(Newtonian, Point, registry.CELLS[Newtonian, Point].jet)
 
 
 def test_no_elements_no_field():
-    function = cells.field_sum(())
-    assert function(0.0, 0.0, 0.0, np.zeros((0, cells.WIDTH)), np.zeros(0, np.int32), 0, 0) == (0, 0, 0, 0)
-    assert len(cells.concatenate([])) == 0
+    function = registry.field_sum(())
+    assert function(0.0, 0.0, 0.0, np.zeros((0, registry.WIDTH)), np.zeros(0, np.int32), 0, 0) == (0, 0, 0, 0)
+    assert len(registry.concatenate([])) == 0
 
 
 @pytest.mark.parametrize("scalar", [wp.float32, wp.float64], ids=["float32", "float64"])
 def test_all_cells_compile_for_cuda_without_a_device(scalar, tmp_path):
-    kinds = tuple(sorted(cell.kind for cell in cells.CELLS.values()))
+    kinds = tuple(sorted(cell.kind for cell in registry.CELLS.values()))
     kernel = field_module._hessian_kernel(kinds, scalar)
     wp.compile_aot_module(kernel.module, arch=90, use_ptx=True, module_dir=tmp_path)
     (ptx,) = tmp_path.glob("*.ptx")

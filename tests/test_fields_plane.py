@@ -8,9 +8,9 @@ import reference_cases
 
 from fieldsim.errors import InputError
 from fieldsim.potentials import kernels
-from fieldsim.potentials.cells import CELLS
 from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Metaball, Newtonian, Quartic, SoftObject
-from fieldsim.potentials.plane import Plane
+from fieldsim.potentials.primitives.plane import Plane
+from fieldsim.potentials.registry import CELLS
 
 FORMULAS = [
     (Cauchy(1.7), lambda z: mp.pi / (mp.mpf(1.7) ** 2 * (1 + (mp.mpf(1.7) * z) ** 2))),

@@ -8,16 +8,16 @@ import pytest
 import reference_cases
 import targets
 
-from fieldsim.potentials import cells, kernels
-from fieldsim.potentials.arc import Arc
-from fieldsim.potentials.circle import Circle
-from fieldsim.potentials.plane import Plane
-from fieldsim.potentials.point import Point
-from fieldsim.potentials.profile import ProfiledArc, ProfiledSegment
-from fieldsim.potentials.segment import Segment
-from fieldsim.potentials.solid import Face
-from fieldsim.potentials.tapered import TaperedSegment
-from fieldsim.potentials.triangle import Triangle
+from fieldsim.potentials import kernels, registry
+from fieldsim.potentials.primitives.arc import Arc
+from fieldsim.potentials.primitives.circle import Circle
+from fieldsim.potentials.primitives.face import Face
+from fieldsim.potentials.primitives.plane import Plane
+from fieldsim.potentials.primitives.point import Point
+from fieldsim.potentials.primitives.profile import ProfiledArc, ProfiledSegment
+from fieldsim.potentials.primitives.segment import Segment
+from fieldsim.potentials.primitives.tapered import TaperedSegment
+from fieldsim.potentials.primitives.triangle import Triangle
 
 REFERENCE = reference_cases.reference()
 
@@ -32,7 +32,9 @@ def name(cell):
 
 
 def packed(cases):
-    return cells.pack([c.primitive for c in cases], [c.kernel for c in cases], 1.0), np.array([c.point for c in cases])
+    return registry.pack([c.primitive for c in cases], [c.kernel for c in cases], 1.0), np.array(
+        [c.point for c in cases]
+    )
 
 
 def errors(result, expected):
@@ -64,7 +66,7 @@ def test_cell_in_single_precision(cell):
 
 def test_every_kernel_on_every_primitive_is_in_the_chart_and_in_the_reference():
     charted = (Arc, Circle, Plane, Point, Segment, Triangle)
-    assert set(REFERENCE) == {cells.CELLS[key] for key in itertools.product(leaves(kernels.Kernel), charted)}
+    assert set(REFERENCE) == {registry.CELLS[key] for key in itertools.product(leaves(kernels.Kernel), charted)}
     # The others are made of these; their own tests hold them.
-    others = {cell.primitive for cell in cells.CELLS.values()} - set(charted)
+    others = {cell.primitive for cell in registry.CELLS.values()} - set(charted)
     assert others == {Face, ProfiledArc, ProfiledSegment, TaperedSegment}

@@ -12,7 +12,7 @@ from fieldsim.errors import InputError
 from fieldsim.numerics.clausen import clausen
 from fieldsim.numerics.owen import line_of_sight, owen_t
 from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Metaball, Newtonian, Quartic, SoftObject
-from fieldsim.potentials.triangle import Triangle
+from fieldsim.potentials.primitives.triangle import Triangle
 
 KERNELS = [
     *(Newtonian(), Newtonian(0.3), InverseSquare(), InverseSquare(0.3)),

@@ -14,7 +14,7 @@ import warp as wp
 import fieldsim as fs
 from fieldsim import launch
 from fieldsim.potentials.kernels import Kernel
-from fieldsim.potentials.primitive import Primitive
+from fieldsim.potentials.primitives.base import Primitive
 from fieldsim.world.light import Light
 
 ROOT = pathlib.Path(__file__).parents[1]
@@ -49,6 +49,7 @@ BASE = {
     "portable_rules",
     "launch",
     "kernel_cache",
+    "numerics",
 }
 KNOWS = {
     "potentials": set(),

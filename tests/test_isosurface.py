@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 from fieldsim.errors import InputError
-from fieldsim.potentials import isosurface
-from fieldsim.potentials.circle import Circle
 from fieldsim.potentials.field import Field, gravity
 from fieldsim.potentials.kernels import Gaussian, InverseSquare, Newtonian, Quartic
-from fieldsim.potentials.mesh import mesh
-from fieldsim.potentials.plane import Plane
-from fieldsim.potentials.point import Point
-from fieldsim.potentials.segment import Segment
-from fieldsim.potentials.shapes import box, rectangle
-from fieldsim.potentials.solid import solid
+from fieldsim.potentials.meshes import isosurface
+from fieldsim.potentials.meshes.mesh import mesh
+from fieldsim.potentials.primitives.circle import Circle
+from fieldsim.potentials.primitives.plane import Plane
+from fieldsim.potentials.primitives.point import Point
+from fieldsim.potentials.primitives.segment import Segment
+from fieldsim.potentials.skeletons.shapes import box, rectangle
+from fieldsim.potentials.skeletons.solid import solid
 from fieldsim.world.body import Body
 from fieldsim.world.material import Material
 from fieldsim.world.motion import Pose

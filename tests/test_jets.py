@@ -11,9 +11,6 @@ import pytest
 import targets
 
 from fieldsim.numerics.special import sine_powers, sine_sixth
-from fieldsim.potentials.arc import Arc
-from fieldsim.potentials.cells import CELLS
-from fieldsim.potentials.circle import Circle
 from fieldsim.potentials.kernels import (
     Cauchy,
     Gaussian,
@@ -23,8 +20,11 @@ from fieldsim.potentials.kernels import (
     Quartic,
     SoftObject,
 )
-from fieldsim.potentials.point import Point
-from fieldsim.potentials.segment import Segment
+from fieldsim.potentials.primitives.arc import Arc
+from fieldsim.potentials.primitives.circle import Circle
+from fieldsim.potentials.primitives.point import Point
+from fieldsim.potentials.primitives.segment import Segment
+from fieldsim.potentials.registry import CELLS
 
 COMPACT = (Metaball, SoftObject, Quartic)
 ALGEBRAIC = (Cauchy, Newtonian, InverseSquare)

@@ -7,8 +7,8 @@ from fieldsim.dynamics.integrators import BlanesMoan4, Chin4
 from fieldsim.dynamics.lyapunov import lyapunov
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.errors import InputError
-from fieldsim.potentials.circle import Circle
 from fieldsim.potentials.kernels import Newtonian
+from fieldsim.potentials.primitives.circle import Circle
 from fieldsim.world.body import Body, Bounce
 from fieldsim.world.world import World
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from fieldsim.errors import InputError
-from fieldsim.potentials.mesh import TriangleMesh, mesh
-from fieldsim.potentials.solid import solid
-from fieldsim.potentials.triangle import Triangle
+from fieldsim.potentials.meshes.mesh import TriangleMesh, mesh
+from fieldsim.potentials.primitives.triangle import Triangle
+from fieldsim.potentials.skeletons.solid import solid
 
 VERTICES = [[0, 0, 0], [1, 0, 0], [0, 2, 0], [0, 0, 3]]
 FACES = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]
@@ -90,7 +90,7 @@ def test_a_mesh_that_would_lose_its_shape_is_not_saved(tmp_path, suffix, scale, 
 def test_files_need_no_other_package(tmp_path):
     script = f"""
 import sys
-from fieldsim.potentials.mesh import mesh
+from fieldsim.potentials.meshes.mesh import mesh
 mesh({VERTICES}, {FACES}).save({str(tmp_path / "rock.glb")!r})
 mesh({str(tmp_path / "rock.glb")!r})
 print("trimesh" in sys.modules)

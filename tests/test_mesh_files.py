@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import fieldsim as fs
-from fieldsim.potentials import mesh_files
+from fieldsim.potentials.meshes import readers
 
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 2, 0], [0, 0, 3]], dtype=float)
 FACES = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
@@ -133,7 +133,7 @@ def test_as_trimesh_reads_them(tmp_path, kind):
     path = tmp_path / f"a.{kind.removesuffix('_ascii')}"
     trimesh.creation.icosphere(1).export(path, file_type=kind)
     theirs = trimesh.load(path, force="mesh", process=False)
-    vertices, faces = mesh_files.read(str(path))
+    vertices, faces = readers.read(str(path))
     np.testing.assert_array_equal(vertices[faces], np.asarray(theirs.vertices)[theirs.faces])
 
 
@@ -141,7 +141,7 @@ def test_as_trimesh_reads_them(tmp_path, kind):
 def test_polygons_are_fans(tmp_path, form):
     data = ply(form, faces=4, quads=[[0, 1, 2, 3]])
     (tmp_path / "a.ply").write_bytes(data)
-    _, faces = mesh_files.read(str(tmp_path / "a.ply"))
+    _, faces = readers.read(str(tmp_path / "a.ply"))
     assert faces[4:].tolist() == [[0, 1, 2], [0, 2, 3]]
 
 
@@ -269,8 +269,8 @@ def test_a_part_that_is_shown_again_and_again_has_its_limit(tmp_path, monkeypatc
         tree["scenes"] = [{"nodes": list(range(10))}]
 
     (tmp_path / "a.glb").write_bytes(glb(change))
-    assert len(mesh_files.read(str(tmp_path / "a.glb"))[1]) == 40
-    monkeypatch.setattr(mesh_files, "MOST_TRIANGLES", 39)
+    assert len(readers.read(str(tmp_path / "a.glb"))[1]) == 40
+    monkeypatch.setattr(files, "MOST_TRIANGLES", 39)
     with pytest.raises(fs.InputError, match="shows more than 39 triangles"):
         fs.mesh(tmp_path / "a.glb")
 
@@ -283,7 +283,7 @@ def test_parts_without_triangles_have_a_limit_too(tmp_path, monkeypatch, part):
         tree["nodes"] = [{"mesh": 0} for _ in range(10)]
         tree["scenes"] = [{"nodes": list(range(10))}]
 
-    monkeypatch.setattr(mesh_files, "MOST_PARTS", 99)
+    monkeypatch.setattr(files, "MOST_PARTS", 99)
     (tmp_path / "a.glb").write_bytes(glb(change))
     with pytest.raises(fs.InputError, match="shows more than 99 parts"):
         fs.mesh(tmp_path / "a.glb")

@@ -13,14 +13,15 @@ import warp as wp
 from fieldsim import launch
 from fieldsim.dynamics.rigid_body import free_body
 from fieldsim.errors import InputError
-from fieldsim.potentials import cells, profile
-from fieldsim.potentials.arc import Arc
-from fieldsim.potentials.circle import Circle
+from fieldsim.potentials import registry
 from fieldsim.potentials.field import Field, gravity
 from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Metaball, Newtonian, Quartic, SoftObject
-from fieldsim.potentials.profile import Profile, ProfiledArc, ProfiledSegment, profiled
-from fieldsim.potentials.segment import Segment
-from fieldsim.potentials.tapered import TaperedSegment
+from fieldsim.potentials.primitives import profile
+from fieldsim.potentials.primitives.arc import Arc
+from fieldsim.potentials.primitives.circle import Circle
+from fieldsim.potentials.primitives.profile import Profile, ProfiledArc, ProfiledSegment, profiled
+from fieldsim.potentials.primitives.segment import Segment
+from fieldsim.potentials.primitives.tapered import TaperedSegment
 from fieldsim.world.body import Body
 from fieldsim.world.material import Material
 from fieldsim.world.rigid import Rigid
@@ -39,14 +40,14 @@ PROFILES = {
 }
 KERNELS = [Cauchy(1.3), Gaussian(0.9), Newtonian(0.1), InverseSquare(0.2), Metaball(2.5), SoftObject(3.0), Quartic(2.7)]
 CASES = [(k, p) for k in KERNELS for p in (SEGMENT, ARC)]
-CASES = [(k, p) for k, p in CASES if (type(k), type(profiled(p, profile.constant()))) in cells.CELLS]
+CASES = [(k, p) for k, p in CASES if (type(k), type(profiled(p, profile.constant()))) in registry.CELLS]
 
 
 def evaluate(target, kernel, primitive, points):
     """Jets (N, 10) of one primitive at points (N, 3); outputs start as NaN."""
-    row = np.zeros((1, cells.WIDTH))
+    row = np.zeros((1, registry.WIDTH))
     primitive.pack(row[0])
-    row[0, [cells.STRENGTH, cells.KERNEL]] = 1.0, kernel.width
+    row[0, [registry.STRENGTH, registry.KERNEL]] = 1.0, kernel.width
     points = np.ascontiguousarray(points, dtype=float)
     out = np.full((len(points), 10), np.nan)
     cell = type(kernel), type(primitive)
@@ -61,7 +62,7 @@ def evaluate(target, kernel, primitive, points):
 
 @functools.cache
 def _numba(cell):
-    element = cells.CELLS[cell].jet.numba
+    element = registry.CELLS[cell].jet.numba
 
     @numba.njit(error_model="numpy")
     def each(points, rows, out):
@@ -75,7 +76,7 @@ def _numba(cell):
 
 @functools.cache
 def _warp(cell, scalar):
-    element = cells.CELLS[cell].jet.warp(scalar)
+    element = registry.CELLS[cell].jet.warp(scalar)
 
     @wp.kernel(module="unique", enable_backward=False)
     def each(

@@ -12,10 +12,10 @@ from fieldsim.dynamics.integrators import Leapfrog
 from fieldsim.dynamics.radau import Radau
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.errors import FieldsimError, InputError
-from fieldsim.potentials.circle import Circle
 from fieldsim.potentials.kernels import Metaball, Newtonian
-from fieldsim.potentials.point import Point
-from fieldsim.potentials.segment import Segment
+from fieldsim.potentials.primitives.circle import Circle
+from fieldsim.potentials.primitives.point import Point
+from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.world.body import Body, Bounce
 from fieldsim.world.motion import Keyframes, Pose, Spin
 from fieldsim.world.world import World

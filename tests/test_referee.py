@@ -8,8 +8,8 @@ import referee_scenes
 
 import fieldsim as fs
 from fieldsim.comparing import compare_depths
-from fieldsim.potentials import cells
-from fieldsim.potentials.distances import DISTANCES
+from fieldsim.potentials import registry
+from fieldsim.potentials.bounds.distance import DISTANCES
 from fieldsim.render import safe_steps
 from fieldsim.render.referee import Referee
 
@@ -27,9 +27,9 @@ WIDTHS = {fs.Gaussian: 3.0, fs.Cauchy: 3.0, fs.Newtonian: 0.2, fs.InverseSquare:
 def element(kernel, primitive, width=None):
     """An element's bounded row and its cell."""
     kernel = kernel(width or WIDTHS.get(kernel, 0.6))
-    packed = cells.pack([primitive], [kernel], [2.0], [1.5 if isinstance(kernel, fs.Gaussian) else 0.0])
+    packed = registry.pack([primitive], [kernel], [2.0], [1.5 if isinstance(kernel, fs.Gaussian) else 0.0])
     rows, bend = safe_steps.with_bounds(packed)
-    return rows, bend, cells.cell_of(kernel, primitive)
+    return rows, bend, registry.cell_of(kernel, primitive)
 
 
 @pytest.mark.parametrize("primitive", PRIMITIVES)
@@ -70,7 +70,7 @@ def test_slopes_and_curvatures_of_compact_kernels(kernel):
 
 
 def test_a_sphere_from_outside_and_from_within():
-    point = cells.pack([fs.Point((1.0, 2.0, 3.0))], [fs.Gaussian(4.0)], [1.0], [4.0])
+    point = registry.pack([fs.Point((1.0, 2.0, 3.0))], [fs.Gaussian(4.0)], [1.0], [4.0])
     referee = Referee(point)
     # exp(4 - 16 r^2) = 1 at r = 1/2.
     depth, normal = referee.first_hits((-4.0, 2.0, 3.0), [(2.0, 0, 0), (0, 1.0, 0), (5.0, 0.4999, 0), (5.0, 0.51, 0)])
@@ -86,18 +86,18 @@ def test_a_sphere_from_outside_and_from_within():
 
 def test_roche_lobes_and_charges_of_both_signs():
     # 1/r on the axis of two masses, and a difference of charges, against the roots of the quadratics.
-    two = cells.pack([fs.Point((-1, 0, 0)), fs.Point((1, 0, 0))], [fs.Newtonian()] * 2, [0.5, 0.5])
+    two = registry.pack([fs.Point((-1, 0, 0)), fs.Point((1, 0, 0))], [fs.Newtonian()] * 2, [0.5, 0.5])
     depth, _ = Referee(two).first_hits((5.0, 0, 0), [(-1, 0, 0)])
     x = 5.0 - depth[0]
     assert x == pytest.approx(0.5 + math.sqrt(1.25), abs=1e-11)
-    charges = cells.pack([fs.Point((-1, 0, 0)), fs.Point((1, 0, 0))], [fs.InverseSquare(0.1)] * 2, [1.0, -0.5])
+    charges = registry.pack([fs.Point((-1, 0, 0)), fs.Point((1, 0, 0))], [fs.InverseSquare(0.1)] * 2, [1.0, -0.5])
     depth, _ = Referee(charges).first_hits((-9.0, 0, 0), [(1, 0, 0)])
     x = -9.0 + depth[0]
     assert 1 / ((x + 1) ** 2 + 0.01) - 0.5 / ((x - 1) ** 2 + 0.01) == pytest.approx(1, abs=1e-9)
 
 
 def test_a_slab_of_a_plane():
-    slab = cells.pack([fs.Plane((0, 0, 1), (0, 0, 1))], [fs.Quartic(1.0)], [1.0])
+    slab = registry.pack([fs.Plane((0, 0, 1), (0, 0, 1))], [fs.Quartic(1.0)], [1.0])
     depth, normal = Referee(slab).first_hits((0, 0, 5), [(0.0, 0.0, -1), (3.0, 0, -1), (1, 0, 0.1)])
     # 2 pi int_z^1 r (1 - r^2)^2 dr = pi / 3 (1 - z^2)^3 = 1.
     z = math.sqrt(1 - (3 / math.pi) ** (1 / 3))
@@ -107,7 +107,7 @@ def test_a_slab_of_a_plane():
 
 
 def test_cells_without_a_safe_step_are_refused():
-    plane = cells.pack([fs.Plane((0, 0, 0), (0, 0, 1))], [fs.InverseSquare()], [1.0])
+    plane = registry.pack([fs.Plane((0, 0, 0), (0, 0, 1))], [fs.InverseSquare()], [1.0])
     with pytest.raises(fs.InputError, match="unsoftened InverseSquare on Plane; give a softening"):
         Referee(plane)
 

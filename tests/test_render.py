@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from fieldsim.potentials.arc import Arc
 from fieldsim.potentials.field import Field, Term
 from fieldsim.potentials.kernels import Cauchy
-from fieldsim.potentials.point import Point
-from fieldsim.potentials.segment import Segment
+from fieldsim.potentials.primitives.arc import Arc
+from fieldsim.potentials.primitives.point import Point
+from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.render.camera import Camera
 from fieldsim.render.image import Renderer
 from fieldsim.world.body import Body

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 import warp as wp
 
-from fieldsim.potentials import cells
+from fieldsim.potentials import registry
 from fieldsim.potentials.kernels import Gaussian
-from fieldsim.potentials.point import Point
-from fieldsim.potentials.segment import Segment
-from fieldsim.potentials.tapered import TaperedSegment
+from fieldsim.potentials.primitives.point import Point
+from fieldsim.potentials.primitives.segment import Segment
+from fieldsim.potentials.primitives.tapered import TaperedSegment
 from fieldsim.render import lighting
 from fieldsim.render.bounce import ray_kernel
 from fieldsim.render.camera import Camera
@@ -24,7 +24,7 @@ from fieldsim.world.world import World
 # Every primitive and every kernel; all pairs would take minutes.
 KINDS = tuple(
     cell.kind
-    for cell in cells.CELLS.values()
+    for cell in registry.CELLS.values()
     if cell.primitive is Point or (cell.kernel is Gaussian) or cell.primitive is TaperedSegment
 )
 

@@ -8,9 +8,9 @@ import pytest
 
 from fieldsim import launch
 from fieldsim.errors import FieldsimWarning, InputError
-from fieldsim.potentials.arc import Arc
-from fieldsim.potentials.point import Point
-from fieldsim.potentials.segment import Segment
+from fieldsim.potentials.primitives.arc import Arc
+from fieldsim.potentials.primitives.point import Point
+from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.render.camera import Camera
 from fieldsim.render.image import Renderer, render
 from fieldsim.world.body import Body

@@ -9,15 +9,15 @@ import warp as wp
 from test_render import rays
 
 from fieldsim.errors import InputError
-from fieldsim.potentials import cells
-from fieldsim.potentials.arc import Arc
-from fieldsim.potentials.circle import Circle
-from fieldsim.potentials.mesh import mesh
-from fieldsim.potentials.plane import Plane
-from fieldsim.potentials.point import Point
-from fieldsim.potentials.segment import Segment
-from fieldsim.potentials.shapes import box as box_triangles
-from fieldsim.potentials.triangle import Triangle
+from fieldsim.potentials import registry
+from fieldsim.potentials.meshes.mesh import mesh
+from fieldsim.potentials.primitives.arc import Arc
+from fieldsim.potentials.primitives.circle import Circle
+from fieldsim.potentials.primitives.plane import Plane
+from fieldsim.potentials.primitives.point import Point
+from fieldsim.potentials.primitives.segment import Segment
+from fieldsim.potentials.primitives.triangle import Triangle
+from fieldsim.potentials.skeletons.shapes import box as box_triangles
 from fieldsim.render import solids_skeleton
 from fieldsim.render.camera import Camera
 from fieldsim.render.image import Renderer
@@ -398,7 +398,7 @@ def test_triangles_are_their_edges_as_lines():
 
 
 def test_every_primitive_can_be_drawn_hard():
-    drawn = {solids_skeleton._shape_of(cell.primitive) for cell in cells.CELLS.values()}
+    drawn = {solids_skeleton._shape_of(cell.primitive) for cell in registry.CELLS.values()}
     assert drawn == {"Point", "Segment", "Arc", "Triangle", "Plane"}
 
 

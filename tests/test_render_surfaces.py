@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import fieldsim as fs
-from fieldsim.potentials import cells
-from fieldsim.potentials.cells import CELLS
+from fieldsim.potentials import registry
+from fieldsim.potentials.registry import CELLS
 from fieldsim.render import bounds
 
 RADIUS = 0.22
@@ -55,7 +55,7 @@ class Truth:
     def __init__(self, world, camera, size):
         elements = world.at(0.0).surface.elements
         self.rows, self.kinds = elements.rows, elements.kinds
-        self.total = cells.field_sum(elements.kinds_used)
+        self.total = registry.field_sum(elements.kinds_used)
         self.eye, self.d = np.array(camera.eye), rays(camera, size)
 
     def along(self, pixel, t):
@@ -213,7 +213,7 @@ LIMITED = [PRIMITIVES["segment"], fs.Circle((0, 0, 0), (0, 0, 1), 0.7), PRIMITIV
 def field_on(look, primitive, place):
     """The surface's field of one primitive at a point."""
     elements = fs.Body(primitive, surface=look).surface_elements(0.0)
-    return cells.cell_of(look.surface_kernel, primitive).jet(*map(float, place), elements.rows, 0)[0]
+    return registry.cell_of(look.surface_kernel, primitive).jet(*map(float, place), elements.rows, 0)[0]
 
 
 @pytest.mark.parametrize("kernel", KERNELS)
@@ -247,7 +247,7 @@ def test_where_the_whole_line_or_plane_is_infinite_a_primitive_is_measured_by_it
 def test_compact_kernels_fall_at_the_radius_as_the_gaussian_does(kernel, blobbiness):
     look = material(kernel, 0.3, blobbiness)
     elements = fs.Body(fs.Point((0, 0, 0)), surface=look).surface_elements(0.0)
-    f, slope = cells.cell_of(look.surface_kernel, fs.Point((0, 0, 0))).jet(0.3, 0.0, 0.0, elements.rows, 0)[:2]
+    f, slope = registry.cell_of(look.surface_kernel, fs.Point((0, 0, 0))).jet(0.3, 0.0, 0.0, elements.rows, 0)[:2]
     assert f == pytest.approx(1.0, rel=1e-9)
     assert slope == pytest.approx(2.0 * blobbiness / 0.3, rel=1e-9)
 

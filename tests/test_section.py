@@ -11,8 +11,8 @@ from fieldsim.dynamics.simulation import Simulation
 from fieldsim.errors import InputError
 from fieldsim.potentials.field import gravity
 from fieldsim.potentials.kernels import Newtonian
-from fieldsim.potentials.point import Point
-from fieldsim.potentials.segment import Segment
+from fieldsim.potentials.primitives.point import Point
+from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.world.body import Body, Bounce
 from fieldsim.world.motion import Spin
 from fieldsim.world.world import World

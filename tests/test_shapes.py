@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 
 from fieldsim.errors import InputError
-from fieldsim.potentials import planets, shapes
-from fieldsim.potentials.arc import Arc
-from fieldsim.potentials.biarc import _distances
-from fieldsim.potentials.circle import Circle
 from fieldsim.potentials.field import Field, gravity, total_measure
 from fieldsim.potentials.kernels import Newtonian
-from fieldsim.potentials.mesh import mesh
-from fieldsim.potentials.segment import Segment
-from fieldsim.potentials.solid import solid
+from fieldsim.potentials.meshes.mesh import mesh
+from fieldsim.potentials.primitives.arc import Arc
+from fieldsim.potentials.primitives.circle import Circle
+from fieldsim.potentials.primitives.segment import Segment
+from fieldsim.potentials.skeletons import planets, shapes
+from fieldsim.potentials.skeletons.biarc import _distances
+from fieldsim.potentials.skeletons.solid import solid
 from fieldsim.world.body import Body
 
 CONCAVE = [[0, 0, 0], [3, 0, 0], [3, 3, 0], [2, 3, 0], [2, 1, 0], [1, 1, 0], [1, 3, 0], [0, 3, 0]]

@@ -11,8 +11,8 @@ from fieldsim.dynamics.integrators import Leapfrog
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.errors import FieldsimError, InputError
 from fieldsim.potentials.kernels import Newtonian
-from fieldsim.potentials.point import Point
-from fieldsim.potentials.segment import Segment
+from fieldsim.potentials.primitives.point import Point
+from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.world.body import Body, Bounce
 from fieldsim.world.material import Material
 from fieldsim.world.motion import Keyframes, Pose, Spin

@@ -9,9 +9,9 @@ from fieldsim.dynamics.radau_kernels import dense_kernel, radau_kernel
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.dynamics.sources import Sources, _field_kernel
 from fieldsim.dynamics.steps import contact_kernel, release_kernel, splitting_kernel
-from fieldsim.potentials.circle import Circle
 from fieldsim.potentials.kernels import Newtonian
-from fieldsim.potentials.segment import Segment
+from fieldsim.potentials.primitives.circle import Circle
+from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.world.body import Body, Bounce
 from fieldsim.world.material import Material
 from fieldsim.world.motion import Spin

@@ -10,11 +10,13 @@ from solid_oracle import jet
 
 from fieldsim import launch
 from fieldsim.errors import InputError
-from fieldsim.potentials import cells
+from fieldsim.potentials import registry
 from fieldsim.potentials.field import Field, gravity
+from fieldsim.potentials.formulas.solid import face_jet
 from fieldsim.potentials.kernels import Newtonian
-from fieldsim.potentials.mesh import TriangleMesh
-from fieldsim.potentials.solid import Face, face_jet, solid, solid_faces
+from fieldsim.potentials.meshes.mesh import TriangleMesh
+from fieldsim.potentials.primitives.face import Face
+from fieldsim.potentials.skeletons.solid import solid, solid_faces
 from fieldsim.world.body import Body
 
 CUBE_CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) - 0.5
@@ -244,7 +246,7 @@ def test_bodies_are_solids_too():
     elements = body.gravity_elements(0.0)
     rotation = np.array([[0.0, -1.0, 0.0], [0.6, 0.0, -0.8], [0.8, 0.0, 0.6]])
     shift = np.array([0.3, -5.0, 2.0])
-    rows = cells.place(elements.rows, rotation, shift)
+    rows = registry.place(elements.rows, rotation, shift)
     moved = np.full((2, 10), np.nan)
     _numba()(points @ rotation.T + shift, rows, moved)
     np.testing.assert_allclose(moved[:, 0], solid(SLAB, 48.0).value(points), rtol=1e-12)

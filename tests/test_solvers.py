@@ -11,7 +11,7 @@ import warp as wp
 import fieldsim as fs
 from fieldsim import launch
 from fieldsim.comparing import compare, compare_depths
-from fieldsim.potentials import cells
+from fieldsim.potentials import registry
 from fieldsim.render import hermite, laguerre
 from fieldsim.render.polynomials import Polynomial, first_rise
 from fieldsim.render.referee import Referee
@@ -80,7 +80,7 @@ def test_laguerre_solves_polynomial_kernels_exactly():
     rng = np.random.default_rng(4)
     points = [fs.Point(tuple(p)) for p in rng.uniform(-0.7, 0.7, (40, 3))]
     kernels = [kernel(rng.uniform(0.3, 0.6)) for kernel in (fs.SoftObject, fs.Quartic) for _ in range(20)]
-    elements = cells.pack(points, kernels, rng.uniform(1.0, 2.0, 40))
+    elements = registry.pack(points, kernels, rng.uniform(1.0, 2.0, 40))
     directions = np.array((-1.2, 3.4, -1.6)) + rng.uniform(-0.9, 0.9, (1500, 3))
     directions = (directions / np.linalg.norm(directions, axis=1, keepdims=True)).astype(np.float32)
     expected, _ = Referee(elements).first_hits(CAMERA.eye, directions)

@@ -9,7 +9,7 @@ from test_render import rays
 
 import fieldsim as fs
 from fieldsim.launch import launch
-from fieldsim.potentials.shapes import box as box_triangles
+from fieldsim.potentials.skeletons.shapes import box as box_triangles
 from fieldsim.render.sky import AMBIENT, FILL
 from fieldsim.render.textures import beside
 from fieldsim.world.color import linear_of

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from fieldsim.errors import InputError
-from fieldsim.potentials import cells
-from fieldsim.potentials.arc import Arc
-from fieldsim.potentials.circle import Circle
+from fieldsim.potentials import registry
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
-from fieldsim.potentials.plane import Plane
-from fieldsim.potentials.point import Point
-from fieldsim.potentials.segment import Segment
-from fieldsim.potentials.triangle import Triangle
+from fieldsim.potentials.primitives.arc import Arc
+from fieldsim.potentials.primitives.circle import Circle
+from fieldsim.potentials.primitives.plane import Plane
+from fieldsim.potentials.primitives.point import Point
+from fieldsim.potentials.primitives.segment import Segment
+from fieldsim.potentials.primitives.triangle import Triangle
 from fieldsim.world.body import Body, Bounce, Particles
 from fieldsim.world.light import DirectionalLight, PointLight
 from fieldsim.world.material import Material
@@ -26,7 +26,7 @@ ORIGIN = (0.0, 0.0, 0.0)
 
 def field_at(elements, point):
     """F and its gradient, by plain Python."""
-    total = cells.field_sum(elements.kinds_used)
+    total = registry.field_sum(elements.kinds_used)
     return np.array(total(*map(float, point), elements.rows, elements.kinds, 0, len(elements)))
 
 
@@ -139,10 +139,10 @@ PIECES = [
 def test_every_piece_is_carried_as_its_rows_are_placed(piece):
     rig, time = arm(), 0.7
     pose = rig.pose("fore", time)
-    packed = cells.pack([piece.at(time)], [Newtonian()], [1.0])
-    rows = cells.place(packed.rows, pose.matrix, np.array(pose.position))
-    carried = cells.pack([rig.carry("fore", piece).at(time)], [Newtonian()], [1.0])
-    wanted = field_at(cells.Elements(rows, packed.kinds, packed.order), (0.3, -2.0, 1.0))
+    packed = registry.pack([piece.at(time)], [Newtonian()], [1.0])
+    rows = registry.place(packed.rows, pose.matrix, np.array(pose.position))
+    carried = registry.pack([rig.carry("fore", piece).at(time)], [Newtonian()], [1.0])
+    wanted = field_at(registry.Elements(rows, packed.kinds, packed.order), (0.3, -2.0, 1.0))
     np.testing.assert_allclose(field_at(carried, (0.3, -2.0, 1.0)), wanted, rtol=1e-13, atol=1e-14)
 
 

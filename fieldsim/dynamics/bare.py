@@ -5,8 +5,8 @@ import numpy as np
 from fieldsim.dynamics.refusals import body_name
 from fieldsim.dynamics.sources import field_of_elements
 from fieldsim.errors import InputError
-from fieldsim.potentials import cells
-from fieldsim.potentials.plane import Plane
+from fieldsim.potentials import registry
+from fieldsim.potentials.primitives.plane import Plane
 
 # A place is on a bare source if so many roundings of its coordinates change the potential by this share.
 ROUNDINGS = 4.0 * np.finfo(float).eps
@@ -24,7 +24,7 @@ def on_source(body, pose, time: float, points) -> np.ndarray:
     skeleton = [primitive.at(time) for primitive in body.skeleton]
     local = (points - pose.position) @ pose.matrix
     grain = ROUNDINGS * (np.abs(points).max(axis=1, initial=0.0) + np.abs(pose.position).max())
-    near = np.full(len(points), bool(elements.rows[:, cells.STRENGTH].any()))
+    near = np.full(len(points), bool(elements.rows[:, registry.STRENGTH].any()))
     if not any(isinstance(primitive, Plane) for primitive in skeleton):
         low, high = zip(*(primitive.box for primitive in skeleton), strict=True)
         low, high = np.min(low, axis=0), np.max(high, axis=0)

@@ -13,11 +13,11 @@ import warp as wp
 
 from fieldsim.dynamics.balls import Ball
 from fieldsim.dynamics.sources import Stages, field_at
-from fieldsim.potentials import cells
+from fieldsim.potentials import registry
 
 # Columns of a moving surface element's row beyond REACH.
-TURN = wp.constant(cells.WIDTH + 1)
-SHIFT = wp.constant(cells.WIDTH + 4)
+TURN = wp.constant(registry.WIDTH + 1)
+SHIFT = wp.constant(registry.WIDTH + 4)
 
 
 def twists(rotations, positions):
@@ -62,7 +62,7 @@ def screw(p: wp.vec3d, turn: wp.vec3d, shift: wp.vec3d):
 def twist_at(kinds_used):
     """Warp function (point, surfaces, stage) -> (turn, shift) of the material there, from `stage` to the next."""
     fixed_kinds, moving_kinds = kinds_used
-    one = cells.element_field(moving_kinds).warp(wp.float64)
+    one = registry.element_field(moving_kinds).warp(wp.float64)
     rest = field_at((fixed_kinds, ()))
 
     @wp.func

@@ -6,15 +6,15 @@ import math
 import numpy as np
 
 from fieldsim.errors import InputError
-from fieldsim.potentials.arc import Arc
-from fieldsim.potentials.circle import Circle
 from fieldsim.potentials.field import total_measure
-from fieldsim.potentials.plane import Plane
-from fieldsim.potentials.point import Point
-from fieldsim.potentials.segment import Segment
-from fieldsim.potentials.solid import Face
-from fieldsim.potentials.tapered import TaperedSegment
-from fieldsim.potentials.triangle import Triangle
+from fieldsim.potentials.primitives.arc import Arc
+from fieldsim.potentials.primitives.circle import Circle
+from fieldsim.potentials.primitives.face import Face
+from fieldsim.potentials.primitives.plane import Plane
+from fieldsim.potentials.primitives.point import Point
+from fieldsim.potentials.primitives.segment import Segment
+from fieldsim.potentials.primitives.tapered import TaperedSegment
+from fieldsim.potentials.primitives.triangle import Triangle
 
 # Points at most along one length of a curve, a surface, a solid.
 MOST = {1: 64, 2: 16, 3: 6}

@@ -15,8 +15,8 @@ from fieldsim.copies import Uncopied
 from fieldsim.dynamics.sources import Stages, field_at
 from fieldsim.dynamics.state import State, added
 from fieldsim.launch import launch
-from fieldsim.potentials import cells
-from fieldsim.potentials.point import Point
+from fieldsim.potentials import registry
+from fieldsim.potentials.primitives.point import Point
 
 # One thread moves all particles where no more pairs than these are to be summed.
 FEW_PAIRS = 4096
@@ -34,7 +34,7 @@ class Pull:
 @functools.cache
 def _point_kernel(kernel):
     """Warp function (r^2, width, fold) -> (h, h' / r, ...) of a kernel class."""
-    return cells.CELLS[kernel, Point].jet.bindings["kernel"].warp(wp.float64)
+    return registry.CELLS[kernel, Point].jet.bindings["kernel"].warp(wp.float64)
 
 
 @functools.cache

@@ -16,7 +16,7 @@ from fieldsim.dynamics.sources import Sources, tables
 from fieldsim.dynamics.state import renew
 from fieldsim.errors import InputError
 from fieldsim.launch import launch
-from fieldsim.potentials import cells
+from fieldsim.potentials import registry
 from fieldsim.potentials.kernels import Gaussian, Metaball, Quartic, SoftObject
 
 # A launch spans at most so many evaluations of an element, and keeps so many moving rows.
@@ -97,7 +97,9 @@ class RadauRun:
         reaches = [_REACHES[type(b.gravity)](b.gravity.width) for b in world.bodies if type(b.gravity) in _REACHES]
         leg = Leg()
         leg.eta, leg.begin = radau.eta, time
-        leg.extent = float(np.abs(rows[:, cells.POSITIONS]).max(initial=0.0) + rows[:, cells.SIZE].max(initial=0.0))
+        leg.extent = float(
+            np.abs(rows[:, registry.POSITIONS]).max(initial=0.0) + rows[:, registry.SIZE].max(initial=0.0)
+        )
         leg.stride = 0.5 * min(reaches, default=math.inf)
         return leg
 

@@ -13,7 +13,7 @@ import numpy as np
 import warp as wp
 
 from fieldsim.dynamics.sources import Sources, Stages
-from fieldsim.potentials import cells
+from fieldsim.potentials import registry
 from fieldsim.world.motion import Keyframes
 
 DEGREE = 20
@@ -101,7 +101,7 @@ class Windows:
         self._keys = keyframes(world)
         self._length, self._longest = FIRST_LENGTH, NO_LENGTH
         self.start, self.end = start, start if sources.moving else math.inf
-        self.rows = np.zeros((0, cells.WIDTH))
+        self.rows = np.zeros((0, registry.WIDTH))
         self.window = Window()
         self.window.end = self.end
         self._fill(np.zeros((0, DEGREE + 1)), np.zeros((0, 2), dtype=int))
@@ -148,7 +148,7 @@ class Windows:
 def _sizes(samples):
     """What the numbers in rows are to be compared with, (elements, WIDTH): positions with the largest coordinate."""
     sizes = np.abs(samples).max(axis=0)
-    for group in (cells.POSITIONS, cells.DIRECTIONS):
+    for group in (registry.POSITIONS, registry.DIRECTIONS):
         sizes[:, group] = sizes[:, group].max(axis=1, keepdims=True)
     return sizes
 

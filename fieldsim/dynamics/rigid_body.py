@@ -13,7 +13,7 @@ from fieldsim.dynamics.shells import Shell, shell, spacing
 from fieldsim.dynamics.surfaces import refuse_compact, with_reach
 from fieldsim.errors import InputError
 from fieldsim.numerics import quaternion
-from fieldsim.potentials import cells
+from fieldsim.potentials import registry
 from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Newtonian
 from fieldsim.world.motion import Pose
 
@@ -79,11 +79,11 @@ class FreeBody:
         """Whether other bodies feel it."""
         return self.pull != 0.0
 
-    def gravity_elements(self) -> cells.Elements:
+    def gravity_elements(self) -> registry.Elements:
         """What pulls, in the principal frame."""
-        return self._placed(self.body.gravity_elements(0.0)) if self.pulls else cells.concatenate([])
+        return self._placed(self.body.gravity_elements(0.0)) if self.pulls else registry.concatenate([])
 
-    def surface_elements(self) -> cells.Elements:
+    def surface_elements(self) -> registry.Elements:
         """What collides, in the principal frame, with its reach."""
         own = self.body.surface_elements(0.0)
         placed = self._placed(own)
@@ -91,7 +91,7 @@ class FreeBody:
 
     def _placed(self, elements):
         turn = self.frame.matrix.T
-        return dataclasses.replace(elements, rows=cells.place(elements.rows, turn, -turn @ self.frame.position))
+        return dataclasses.replace(elements, rows=registry.place(elements.rows, turn, -turn @ self.frame.position))
 
     def mass_points(self) -> tuple[np.ndarray, np.ndarray]:
         """Mass points (n, 3) in the principal frame and their masses (n,)."""

@@ -10,7 +10,7 @@ import functools
 import warp as wp
 
 from fieldsim.dynamics.sources import Stages, field_at
-from fieldsim.potentials import cells
+from fieldsim.potentials import registry
 
 
 @wp.struct
@@ -34,7 +34,7 @@ class Masses:
 @functools.cache
 def field_of_body(kinds):
     """Warp function (point, x, q, rows, kinds, first row, end) -> (F, gradient), world frame, of a body at (x, q)."""
-    total = cells.field_sum(kinds).warp(wp.float64)
+    total = registry.field_sum(kinds).warp(wp.float64)
 
     @wp.func
     def field(

@@ -12,8 +12,8 @@ from fieldsim.dynamics.rigid_body import FreeBody
 from fieldsim.dynamics.sources import field_of_elements
 from fieldsim.dynamics.surfaces import REACH, with_reach
 from fieldsim.errors import InputError
-from fieldsim.potentials import cells
-from fieldsim.potentials.plane import Plane
+from fieldsim.potentials import registry
+from fieldsim.potentials.primitives.plane import Plane
 from fieldsim.world.motion import Pose
 
 # Where a point of one surface starts within the other's field of more than this, the two overlap.
@@ -55,7 +55,7 @@ class Extent:
     """
 
     name: str
-    elements: cells.Elements
+    elements: registry.Elements
     pose: Pose
     free: FreeBody | None
     skeleton: tuple

@@ -13,7 +13,7 @@ import warp as wp
 from fieldsim.errors import InputError
 from fieldsim.launch import launch
 from fieldsim.numerics import quaternion
-from fieldsim.potentials import cells
+from fieldsim.potentials import registry
 from fieldsim.world.motion import IDENTITY, Spin
 
 ROLES = {
@@ -55,9 +55,9 @@ class Sources:
             if (body.moving or body.deforming) and len(self._elements(body, time))
         ]
         still = [body for _, body in bodies if not (body.moving or body.deforming)]
-        self.fixed = cells.concatenate(self._placed(body, time) for body in still).grouped()[0]
+        self.fixed = registry.concatenate(self._placed(body, time) for body in still).grouped()[0]
         shapes = [self._elements(body, time) for _, body in self._changing]
-        self.moving_kinds = cells.concatenate(shapes).kinds
+        self.moving_kinds = registry.concatenate(shapes).kinds
         self._shapes = shapes
 
     @property
@@ -79,7 +79,7 @@ class Sources:
             _rows_of(index, body, shape, self._elements, times, self.poses_of)
             for (index, body), shape in zip(self._changing, self._shapes, strict=True)
         ]
-        return np.concatenate(parts, axis=1) if parts else np.zeros((len(times), 0, cells.WIDTH))
+        return np.concatenate(parts, axis=1) if parts else np.zeros((len(times), 0, registry.WIDTH))
 
     def poses_of(self, index, body, times) -> tuple[np.ndarray, np.ndarray]:
         """Rotation matrices (stages, 3, 3) and positions (stages, 3) of a body at the given times."""
@@ -97,7 +97,9 @@ class Sources:
     def _placed(self, body, time):
         local = self._elements(body, time)
         pose = body.pose_at(time)
-        return cells.Elements(cells.place(local.rows, pose.matrix, np.array(pose.position)), local.kinds, local.order)
+        return registry.Elements(
+            registry.place(local.rows, pose.matrix, np.array(pose.position)), local.kinds, local.order
+        )
 
 
 def _rows_of(index, body, shape, elements, times, poses_of):
@@ -108,7 +110,7 @@ def _rows_of(index, body, shape, elements, times, poses_of):
         else:
             local = np.broadcast_to(shape.rows, (len(times), *shape.rows.shape))
         rotations, positions = poses_of(index, body, times)
-        return cells.place(local, rotations[:, None], positions[:, None])
+        return registry.place(local, rotations[:, None], positions[:, None])
     except InputError as reason:
         name = f" ({body.name})" if body.name else ""
         raise InputError(f"Body {index}{name}, between times {min(times):g} and {max(times):g}: {reason}") from None
@@ -162,8 +164,8 @@ def tables(sources: Sources, fixed_rows, moving_rows, device, earlier=None, swee
 def field_at(kinds_used):
     """Warp function (point, stages, stage) -> (F, gradient) of the given cells at one stage."""
     fixed_kinds, moving_kinds = kinds_used
-    fixed = cells.field_sum(fixed_kinds).warp(wp.float64)
-    moving = cells.field_sum(moving_kinds).warp(wp.float64)
+    fixed = registry.field_sum(fixed_kinds).warp(wp.float64)
+    moving = registry.field_sum(moving_kinds).warp(wp.float64)
 
     @wp.func
     def still(p: wp.vec3d, stages: Stages, stage: int):
@@ -183,8 +185,8 @@ def field_at(kinds_used):
 def hessian_at(kinds_used):
     """Warp function (point, stages, stage) -> (gradient, Hessian) of the given cells at one stage."""
     fixed_kinds, moving_kinds = kinds_used
-    fixed = cells.jet_sum(fixed_kinds).warp(wp.float64)
-    moving = cells.jet_sum(moving_kinds).warp(wp.float64)
+    fixed = registry.jet_sum(fixed_kinds).warp(wp.float64)
+    moving = registry.jet_sum(moving_kinds).warp(wp.float64)
 
     @wp.func
     def still(p: wp.vec3d, stages: Stages, stage: int):

@@ -16,16 +16,16 @@ from fieldsim.dynamics.ground import twists
 from fieldsim.dynamics.sources import Sources, Stages, tables
 from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.portable import Indices, Portable, Table, portable, real
-from fieldsim.potentials import cells
-from fieldsim.potentials.arc import Arc
-from fieldsim.potentials.circle import Circle
-from fieldsim.potentials.distances import DISTANCES
+from fieldsim.potentials import registry
+from fieldsim.potentials.bounds.distance import DISTANCES
+from fieldsim.potentials.bounds.reach import reach, scale
 from fieldsim.potentials.kernels import COMPACT
-from fieldsim.potentials.plane import Plane
-from fieldsim.potentials.profile import ProfiledArc
-from fieldsim.potentials.reach import reach, scale
+from fieldsim.potentials.primitives.arc import Arc
+from fieldsim.potentials.primitives.circle import Circle
+from fieldsim.potentials.primitives.plane import Plane
+from fieldsim.potentials.primitives.profile import ProfiledArc
 
-REACH = cells.WIDTH
+REACH = registry.WIDTH
 
 
 def with_reach(rows, kinds, total: int):
@@ -33,7 +33,7 @@ def with_reach(rows, kinds, total: int):
 
     The reach is where an element's field cannot be more than 1 / total.
     """
-    refuse_compact(cell.kernel for cell in cells.CELLS.values() if (kinds == cell.kind).any())
+    refuse_compact(cell.kernel for cell in registry.CELLS.values() if (kinds == cell.kind).any())
     return np.concatenate([rows, reach(rows, kinds, 1.0 / max(total, 1))[..., None]], axis=-1)
 
 
@@ -49,7 +49,7 @@ def refuse_compact(kernels):
 
 def _of_primitives(kinds, *primitives):
     """Which elements are of the given primitives, (elements,)."""
-    wanted = [cell.kind for cell in cells.CELLS.values() if cell.primitive in primitives]
+    wanted = [cell.kind for cell in registry.CELLS.values() if cell.primitive in primitives]
     return np.isin(kinds, wanted)
 
 
@@ -59,13 +59,13 @@ def sweeps(rows, kinds):
     rows: (stages, elements, WIDTH + 1). A bound for every point of the primitive, plus the growth of its reach.
     """
     step = np.diff(rows, axis=0)
-    points = np.linalg.norm(step[..., cells.POSITIONS].reshape(*step.shape[:2], 3, 3), axis=-1).max(axis=-1)
-    turns = np.linalg.norm(step[..., cells.DIRECTIONS].reshape(*step.shape[:2], 2, 3), axis=-1)
+    points = np.linalg.norm(step[..., registry.POSITIONS].reshape(*step.shape[:2], 3, 3), axis=-1).max(axis=-1)
+    turns = np.linalg.norm(step[..., registry.DIRECTIONS].reshape(*step.shape[:2], 2, 3), axis=-1)
     if (turns[:, _of_primitives(kinds, Plane), 1] > 1e-12).any():
         raise InputError("contact with a Plane that turns is not known; move it without turning, or use a rectangle")
     # A point of an arc is centre + size (cos u + sin (n x u)): |change of n x u| <= |change of n| + |change of u|.
-    bend = rows[1:, :, cells.SIZE] * (2.0 * turns[..., 0] + turns[..., 1] + np.abs(step[..., cells.ANGLE]))
-    bend += np.abs(step[..., cells.SIZE])
+    bend = rows[1:, :, registry.SIZE] * (2.0 * turns[..., 0] + turns[..., 1] + np.abs(step[..., registry.ANGLE]))
+    bend += np.abs(step[..., registry.SIZE])
     bend = np.where(_of_primitives(kinds, Arc, Circle, ProfiledArc), bend, 0.0)
     moved = points + bend + np.maximum(step[..., REACH], 0.0)
     return np.append(moved.max(axis=1, initial=0.0), 0.0)
@@ -122,10 +122,10 @@ def _least(x: real, y: real, z: real, rows: Table, kinds: Indices, first: int, c
 
 def margin_of(kinds) -> Portable:
     """Portable (x, y, z, rows, kinds, first, count) -> least of distance - reach over the rows."""
-    primitives = {cell.kind: cell.primitive for cell in cells.CELLS.values()}
+    primitives = {cell.kind: cell.primitive for cell in registry.CELLS.values()}
     # Without elements nothing is asked for, but the loop over them wants a function to compile.
     distances = {kind: DISTANCES[primitives[kind]] for kind in kinds or (min(primitives),)}
-    return _least.bind(distance=cells.by_kind(distances))
+    return _least.bind(distance=registry.by_kind(distances))
 
 
 @functools.cache

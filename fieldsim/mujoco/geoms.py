@@ -5,7 +5,7 @@ import numpy as np
 
 from fieldsim.mujoco.models import color_of
 from fieldsim.mujoco.points import mesh_of
-from fieldsim.potentials.mesh import TriangleMesh
+from fieldsim.potentials.meshes.mesh import TriangleMesh
 from fieldsim.world.material import Material
 from fieldsim.world.shapes import Ball, Box, Capsule, Cylinder, Ellipsoid, Ground, Shape, TriangleSurface
 

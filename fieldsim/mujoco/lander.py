@@ -17,8 +17,8 @@ from fieldsim.errors import InputError
 from fieldsim.mujoco.balls import Contact
 from fieldsim.mujoco.forces import FieldForces
 from fieldsim.mujoco.scene import Scene
-from fieldsim.potentials.circle import Circle
 from fieldsim.potentials.kernels import Newtonian
+from fieldsim.potentials.primitives.circle import Circle
 from fieldsim.render.camera import Camera
 from fieldsim.render.image import Renderer
 from fieldsim.world.body import Body

@@ -10,10 +10,10 @@ from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.mujoco.models import color_of, counts, label, model_of, named_body, seen_geoms
 from fieldsim.numerics import quaternion
-from fieldsim.potentials.point import Point
-from fieldsim.potentials.primitive import Primitive
-from fieldsim.potentials.segment import Segment
-from fieldsim.potentials.triangle import Triangle
+from fieldsim.potentials.primitives.base import Primitive
+from fieldsim.potentials.primitives.point import Point
+from fieldsim.potentials.primitives.segment import Segment
+from fieldsim.potentials.primitives.triangle import Triangle
 from fieldsim.world.body import Body
 from fieldsim.world.material import Material
 from fieldsim.world.motion import Pose

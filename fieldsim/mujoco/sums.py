@@ -8,11 +8,11 @@ import functools
 
 from fieldsim import launch
 from fieldsim.dynamics.surfaces import margin_of
-from fieldsim.potentials import cells
+from fieldsim.potentials import registry
 
 # How many numbers each gives: F and its gradient; also the Hessian; the distance within which no surface can be.
 LENGTHS = {"field": 4, "jet": 10, "margin": 1}
-_PORTABLE = {"field": cells.field_sum, "jet": cells.jet_sum, "margin": margin_of}
+_PORTABLE = {"field": registry.field_sum, "jet": registry.jet_sum, "margin": margin_of}
 
 
 def sum_of(name: str, kinds_used, native: bool):

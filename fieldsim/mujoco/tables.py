@@ -11,7 +11,7 @@ from fieldsim.dynamics.surfaces import with_reach
 from fieldsim.errors import InputError
 from fieldsim.mujoco.sums import LENGTHS, sum_of
 from fieldsim.numerics import quaternion
-from fieldsim.potentials import cells
+from fieldsim.potentials import registry
 from fieldsim.potentials.field import Field
 from fieldsim.world.body import Body
 from fieldsim.world.motion import Spin, pose_at
@@ -24,7 +24,7 @@ TWIST_STEP = 1e-5
 class Source(typing.NamedTuple):
     """Elements in one role.
 
-    rows (N, >= WIDTH), kinds (N,): see `cells`. groups (G, 3), of rows that move together: the first row, their number,
+    rows (N, >= WIDTH), kinds (N,): see `registry`. groups (G, 3), of rows that move together: the first row, how many,
     whether they spin (if not, their rows are in the world's frame). motions (G, 14), how: of a Spin 0-2 the axis, 3 the
     rate, 4 the phase, 5-7 the centre; 8-10 the angular velocity, 11-13 the velocity of what is at the world's origin.
     field, jet, margin: see `sums` (0: not needed).
@@ -105,7 +105,7 @@ class _Part:
     def in_world(self, time):
         """Its elements in the world's frame, also of one that spins."""
         local, pose = self.elements(time), pose_at(self.motion, time)
-        return dataclasses.replace(local, rows=cells.place(local.rows, pose.matrix, np.array(pose.position)))
+        return dataclasses.replace(local, rows=registry.place(local.rows, pose.matrix, np.array(pose.position)))
 
     def twist(self, time):
         """Angular velocity, and velocity of what is at the world's origin, (6,), by a central difference in time."""
@@ -133,9 +133,9 @@ class Table:
         still = [part for part in parts if not (part.spins or part.timed)]
         spinning = [part for part in parts if part.spins]
         self._timed = [part for part in parts if part.timed]
-        chunks = [cells.concatenate([part.placed(time) for part in still]).grouped()[0]] if still else []
+        chunks = [registry.concatenate([part.placed(time) for part in still]).grouped()[0]] if still else []
         chunks += [part.placed(time) for part in (*spinning, *self._timed)]
-        whole = cells.concatenate(chunks)
+        whole = registry.concatenate(chunks)
         self._total = len(whole)
         sums = [sum_of(name, whole.kinds_used, native) if name in needs and self._total else 0 for name in LENGTHS]
         self.arrays = Source(
@@ -154,7 +154,7 @@ class Table:
 
     def elements(self, time: float):
         """All of them in the world's frame at `time`."""
-        return cells.concatenate([part.in_world(time) for part in self._parts])
+        return registry.concatenate([part.in_world(time) for part in self._parts])
 
     def _bounded(self, rows, kinds):
         """Rows with their reach where contact needs it."""

@@ -3,24 +3,19 @@
 (The order numbers the cells, and the numbers are part of the compiled code.)
 """
 
-from fieldsim.potentials import (  # noqa: F401  # noqa: F401, I001 - made of the cells above
-    arc,
-    arc_gaussian,
-    circle,
-    compact,
-    compact_arc,
-    compact_segment,
-    inverse_square,
-    metaball_arc,
-    plane,
-    point,
-    profile,
-    segment,
-    solid,
-    tapered,
-    triangle,
-    triangle_compact,
-    triangle_edges,
-    triangle_gaussian,
-    triangle_rational,
-)
+# ruff: noqa: F401, I001
+import fieldsim.potentials.formulas.arc.arc
+import fieldsim.potentials.formulas.compact
+import fieldsim.potentials.formulas.arc.compact
+import fieldsim.potentials.formulas.segment.compact
+import fieldsim.potentials.formulas.inverse_square
+import fieldsim.potentials.formulas.arc.metaball
+import fieldsim.potentials.formulas.plane
+import fieldsim.potentials.formulas.profile
+import fieldsim.potentials.formulas.solid
+import fieldsim.potentials.formulas.segment.tapered
+import fieldsim.potentials.formulas.triangle.triangle
+import fieldsim.potentials.formulas.triangle.compact
+import fieldsim.potentials.formulas.triangle.edges
+import fieldsim.potentials.formulas.triangle.gaussian
+import fieldsim.potentials.formulas.triangle.rational

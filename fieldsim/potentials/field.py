@@ -9,10 +9,10 @@ import warp as wp
 
 from fieldsim import launch, validate
 from fieldsim.errors import InputError, OperandError
-from fieldsim.potentials import cells
+from fieldsim.potentials import registry
 from fieldsim.potentials.kernels import Kernel, Newtonian
-from fieldsim.potentials.mesh import TriangleMesh
-from fieldsim.potentials.primitive import Primitive
+from fieldsim.potentials.meshes.mesh import TriangleMesh
+from fieldsim.potentials.primitives.base import Primitive
 
 # Beyond, squares of distances are of no use.
 FARTHEST = 1e100
@@ -34,7 +34,7 @@ class Field:
     """
 
     # Elements that were packed elsewhere, summed with the terms: surfaces of bodies, what is placed in the world.
-    packed: tuple[cells.Elements, ...] = ()
+    packed: tuple[registry.Elements, ...] = ()
 
     # NumPy scalars leave `scalar * field` to the field.
     __array_ufunc__ = None
@@ -52,13 +52,15 @@ class Field:
         field = cls.__new__(cls)
         field.terms = validate.instances("Field.of_terms", "terms", terms, Term, "give those of other fields")
         remedy = "give those of other fields"
-        field.packed = validate.instances("Field.of_terms", "packed", packed, cells.Elements, remedy)
+        field.packed = validate.instances("Field.of_terms", "packed", packed, registry.Elements, remedy)
         return field
 
     @classmethod
-    def of_elements(cls, elements: cells.Elements) -> "Field":
+    def of_elements(cls, elements: registry.Elements) -> "Field":
         """A field of packed elements."""
-        validate.instance("Field.of_elements", "elements", elements, cells.Elements, "give field.elements of another")
+        validate.instance(
+            "Field.of_elements", "elements", elements, registry.Elements, "give field.elements of another"
+        )
         return cls.of_terms((), (elements,))
 
     @property
@@ -80,14 +82,14 @@ class Field:
         return Field.of_terms(terms, self.packed)
 
     @functools.cached_property
-    def elements(self) -> cells.Elements:
+    def elements(self) -> registry.Elements:
         """The packed elements, grouped by cell; raises InputError for an animated field."""
         if self.animated:
             raise InputError("this field is a function of time; evaluate field.at(time)")
-        own = cells.pack(
+        own = registry.pack(
             [t.primitive for t in self.terms], [t.kernel for t in self.terms], [t.strength for t in self.terms]
         )
-        return cells.concatenate([own, *self.packed]).grouped()[0] if self.packed else own
+        return registry.concatenate([own, *self.packed]).grouped()[0] if self.packed else own
 
     def value(self, points) -> float | np.ndarray | wp.array:
         """F at `points`: (N, 3) -> (N,); (3,) -> float. Cheaper than with the gradient."""
@@ -111,7 +113,7 @@ class Field:
         resolution: grid cells along its longest side, 64 unless told; or tolerance: greatest distance of the mesh from
         the surface. For fields of positive strengths. Raises InputError where there is no closed surface.
         """
-        from fieldsim.potentials.isosurface import level_mesh
+        from fieldsim.potentials.meshes.isosurface import level_mesh
 
         if self.animated:
             raise InputError("this field is a function of time; mesh field.at(time)")
@@ -146,13 +148,13 @@ class Field:
 
     def _on_bare_source(self, point):
         """Whether an element that is infinite on itself passes through a point, to rounding."""
-        from fieldsim.potentials.distances import DISTANCES
+        from fieldsim.potentials.bounds.distance import DISTANCES
 
         rows = self.elements.rows
         near = 1e-9 * max(np.abs(point).max(), 1e-300)
-        for cell, which in cells.parts_of(self.elements.kinds):
+        for cell, which in registry.parts_of(self.elements.kinds):
             bare = np.arange(len(rows))[which]
-            for i in bare[rows[bare, cells.KERNEL] < cells.BARE]:
+            for i in bare[rows[bare, registry.KERNEL] < registry.BARE]:
                 if cell.primitive in DISTANCES and DISTANCES[cell.primitive](*point.tolist(), rows, i) <= near:
                     return True
         return False
@@ -198,7 +200,7 @@ class Field:
                 (term.scaled(factor) for term in self.terms), (e.scaled(factor) for e in self.packed)
             )
         strengths = [term.strength for term in scaled.terms if not callable(term.strength)]
-        strengths += [strength for e in scaled.packed for strength in e.rows[:, cells.STRENGTH].tolist()]
+        strengths += [strength for e in scaled.packed for strength in e.rows[:, registry.STRENGTH].tolist()]
         if not np.isfinite(strengths).all():
             raise InputError(f"Field: factor is {factor:g}, by which a strength overflows; give a smaller one")
         return scaled
@@ -376,7 +378,7 @@ def _host_points(points):
 @functools.cache
 def _value_kernel(kinds_used, scalar):
     """The Warp kernel that evaluates fields of the given cells at points."""
-    total = cells.field_sum(kinds_used).warp(scalar)
+    total = registry.field_sum(kinds_used).warp(scalar)
 
     @wp.kernel(module="unique", enable_backward=False)
     def evaluate_value(
@@ -398,7 +400,7 @@ def _value_kernel(kinds_used, scalar):
 def _gradient_kernel(kinds_used, scalar):
     """As `_value_kernel`, with the gradient."""
     vector = wp.types.vector(3, scalar)
-    total = cells.field_sum(kinds_used).warp(scalar)
+    total = registry.field_sum(kinds_used).warp(scalar)
 
     @wp.kernel(module="unique", enable_backward=False)
     def evaluate_gradient(
@@ -423,7 +425,7 @@ def _hessian_kernel(kinds_used, scalar):
     """As `_value_kernel`, with gradient and Hessian."""
     vector = wp.types.vector(3, scalar)
     matrix = wp.types.matrix((3, 3), scalar)
-    total = cells.jet_sum(kinds_used).warp(scalar)
+    total = registry.jet_sum(kinds_used).warp(scalar)
 
     @wp.kernel(module="unique", enable_backward=False)
     def evaluate_hessian(

@@ -12,12 +12,12 @@ import math
 import numpy as np
 import warp as wp
 
-from fieldsim.potentials import cells
-from fieldsim.potentials.circle import Circle
+from fieldsim.potentials import registry
+from fieldsim.potentials.bounds.reach import reach
 from fieldsim.potentials.kernels import Gaussian
-from fieldsim.potentials.point import Point
-from fieldsim.potentials.reach import reach
-from fieldsim.potentials.segment import Segment
+from fieldsim.potentials.primitives.circle import Circle
+from fieldsim.potentials.primitives.point import Point
+from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.render import bounds
 
 HIGHEST = 60.0  # logarithm of bells that float32 adds up without overflow
@@ -82,13 +82,13 @@ KINDS = tuple(_SHAPES.values())  # each with those before it
 def kind_of(bounded: bounds.Bounded) -> str:
     """Which bells the elements are, one of KINDS; "" where some are none."""
     rows, used = bounded.rows, set(np.unique(bounded.kinds).tolist())
-    kinds = {cells.CELLS[Gaussian, primitive].kind: name for primitive, name in _SHAPES.items()}
+    kinds = {registry.CELLS[Gaussian, primitive].kind: name for primitive, name in _SHAPES.items()}
     if not len(rows) or not used <= set(kinds):
         return ""
-    if rows[:, cells.STRENGTH].min() <= 0.0:
+    if rows[:, registry.STRENGTH].min() <= 0.0:
         return ""
     lines = bounded.shape == bounds.SEGMENT
-    if lines.any() and (rows[lines, cells.SIZE] * rows[lines, cells.KERNEL]).min() < SHORTEST:
+    if lines.any() and (rows[lines, registry.SIZE] * rows[lines, registry.KERNEL]).min() < SHORTEST:
         return ""
     if _heights(bounded)[:, 0].max() > HIGHEST:
         return ""
@@ -97,12 +97,12 @@ def kind_of(bounded: bounds.Bounded) -> str:
 
 def _heights(bounded):
     rows = bounded.rows
-    a = rows[:, cells.KERNEL]
+    a = rows[:, registry.KERNEL]
     height = np.zeros((len(rows), 4))
-    height[:, 0] = rows[:, cells.FOLD] + np.log(rows[:, cells.STRENGTH])
+    height[:, 0] = rows[:, registry.FOLD] + np.log(rows[:, registry.STRENGTH])
     height[:, 2] = 1.0
     lines = bounded.shape == bounds.SEGMENT
-    width = (a * rows[:, cells.SIZE])[lines]
+    width = (a * rows[:, registry.SIZE])[lines]
     # The share is greatest in the middle, and half of erf(width) at an end.
     middle, end = (np.array([math.erf(x) for x in part]) for part in (0.5 * width, width))
     height[lines, 0] += np.log(math.sqrt(math.pi) / a[lines] * middle)
@@ -110,10 +110,10 @@ def _heights(bounded):
     height[lines, 2] = 1.0 / middle
     rings = bounded.shape == bounds.ARC
     if rings.any():
-        height[rings, 2] = height[rings, 0] + np.log(math.tau * rows[rings, cells.SIZE])
+        height[rings, 2] = height[rings, 0] + np.log(math.tau * rows[rings, registry.SIZE])
         # I0 falls as its argument grows: less than at the circle's inner edge, or than by itself in the middle.
-        inner = np.maximum(rows[rings, cells.SIZE] - bounded.reach[rings], 0.0)
-        height[rings, 0] = height[rings, 2] - 0.5 * np.log1p(4.0 * a[rings] ** 2 * inner * rows[rings, cells.SIZE])
+        inner = np.maximum(rows[rings, registry.SIZE] - bounded.reach[rings], 0.0)
+        height[rings, 0] = height[rings, 2] - 0.5 * np.log1p(4.0 * a[rings] ** 2 * inner * rows[rings, registry.SIZE])
         height[rings, 1] = reach(rows[rings], bounded.kinds[rings], np.full(rings.sum(), 0.1))
         height[rings, 3] = bounded.reach[rings]
     return height
@@ -123,11 +123,11 @@ def bells_of(bounded: bounds.Bounded, device) -> Bells:
     """The elements of a scene for which `kind_of` has a name, on a device."""
     rows = bounded.rows
     bells = Bells()
-    center = np.concatenate([rows[:, 5:8], rows[:, [cells.KERNEL]] ** 2], axis=1)
+    center = np.concatenate([rows[:, 5:8], rows[:, [registry.KERNEL]] ** 2], axis=1)
     axis = np.zeros((len(rows), 4))
     for shape, columns, sign in ((bounds.SEGMENT, slice(14, 17), 1.0), (bounds.ARC, slice(17, 20), -1.0)):
         where = bounded.shape == shape
-        axis[where, :3], axis[where, 3] = rows[where, columns], sign * rows[where, cells.SIZE]
+        axis[where, :3], axis[where, 3] = rows[where, columns], sign * rows[where, registry.SIZE]
     for name, values in (("center", center), ("axis", axis), ("height", _heights(bounded))):
         setattr(bells, name, wp.array(values, dtype=wp.vec4, device=device))
     return bells

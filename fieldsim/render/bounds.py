@@ -15,7 +15,8 @@ import math
 
 import numpy as np
 
-from fieldsim.potentials import cells
+from fieldsim.potentials import registry
+from fieldsim.potentials.bounds.reach import measure, profile_bend, reach, scale, within
 from fieldsim.potentials.kernels import (
     COMPACT,
     Cauchy,
@@ -26,7 +27,6 @@ from fieldsim.potentials.kernels import (
     Quartic,
     SoftObject,
 )
-from fieldsim.potentials.reach import measure, profile_bend, reach, scale, within
 
 POINT, SEGMENT, ARC, TRIANGLE, PLANE = range(5)
 _SHAPES = {
@@ -81,13 +81,13 @@ class Bounded:
     radius: np.ndarray
 
 
-def bound(elements: cells.Elements, eye: np.ndarray, unit: float, tolerance: float = 1e-5) -> Bounded:
+def bound(elements: registry.Elements, eye: np.ndarray, unit: float, tolerance: float = 1e-5) -> Bounded:
     """Elements moved to the eye, scaled and bounded. tolerance: of the field, relative to its level.
 
     Raises InputError for a cell that cannot be rendered.
     """
     rows, kinds = _scaled(elements, eye, unit), elements.kinds
-    parts = cells.parts_of(kinds)
+    parts = registry.parts_of(kinds)
     shape, order = np.zeros((2, len(rows)), dtype=np.int32)
     bend, level = np.zeros(len(rows)), np.full(len(rows), tolerance / _SHARED)
     for cell, where in parts:
@@ -97,7 +97,7 @@ def bound(elements: cells.Elements, eye: np.ndarray, unit: float, tolerance: flo
         if cell.kernel is Cauchy:
             level[where] = tolerance / min(len(kinds[where]), _SHARED_TAILS) ** 0.5
     far = reach(rows, kinds, level)
-    signed = (rows[:, cells.STRENGTH] < 0.0).any()
+    signed = (rows[:, registry.STRENGTH] < 0.0).any()
     core = np.where((shape == POINT) & (not signed), reach(rows, kinds, 1.0), 0.0)
     if signed:
         bend, order = _SIGNED * bend, np.where(order > 0, int(_SIGNED) * order, order)
@@ -113,32 +113,32 @@ def bound(elements: cells.Elements, eye: np.ndarray, unit: float, tolerance: flo
 def _scaled(elements, eye, unit):
     """Rows as seen from the eye, all lengths in units of `unit`."""
     rows = elements.rows.copy()
-    rows[:, cells.POSITIONS] = (rows[:, cells.POSITIONS] - np.tile(eye, 3)) / unit
-    rows[:, cells.SIZE] /= unit
-    for cell, where in cells.parts_of(elements.kinds):
+    rows[:, registry.POSITIONS] = (rows[:, registry.POSITIONS] - np.tile(eye, 3)) / unit
+    rows[:, registry.SIZE] /= unit
+    for cell, where in registry.parts_of(elements.kinds):
         name = cell.primitive.__name__
         dimension = {POINT: 0, TRIANGLE: 2, PLANE: 2}.get(_SHAPES[name], 1)
         inverse_width = cell.kernel in (Gaussian, Cauchy)
-        rows[where, cells.KERNEL] *= unit if inverse_width else 1.0 / unit
-        rows[where, cells.STRENGTH] *= unit ** (dimension - _UNITS.get(cell.kernel, 0))
+        rows[where, registry.KERNEL] *= unit if inverse_width else 1.0 / unit
+        rows[where, registry.STRENGTH] *= unit ** (dimension - _UNITS.get(cell.kernel, 0))
         if name == "Triangle":
-            rows[where, cells.ANGLE] /= unit**2  # its area
+            rows[where, registry.ANGLE] /= unit**2  # its area
     return rows
 
 
 def _bend(cell, rows):
     """The bend of elements of one cell, (N,)."""
-    width = rows[:, cells.KERNEL]
+    width = rows[:, registry.KERNEL]
     if cell.kernel in COMPACT:
         # 2 sqrt(F), of the part within reach.
-        amplitude = np.sqrt(np.abs(rows[:, cells.STRENGTH]) * within(cell, rows))
+        amplitude = np.sqrt(np.abs(rows[:, registry.STRENGTH]) * within(cell, rows))
         bend = 2.0 * _ROOT_BENDS[cell.kernel] * amplitude / width**2
     else:
         bend = 2.0 * width**2 if cell.kernel is Gaussian else 0.0
     return bend + profile_bend(cell, rows)
 
 
-def unit_of(elements: cells.Elements, radii: np.ndarray) -> float:
+def unit_of(elements: registry.Elements, radii: np.ndarray) -> float:
     """A power of two near the scene's smallest kernel width or sphere, so that scaling changes no digit."""
     smallest = [np.min(scale(elements.rows, elements.kinds))] if len(elements) else []
     smallest += [np.min(radii)] if len(radii) else []
@@ -148,7 +148,7 @@ def unit_of(elements: cells.Elements, radii: np.ndarray) -> float:
 
 def reaches_level(bounded: Bounded) -> bool:
     """Whether the field is at least 1 at the middle of some primitive; looks at the most promising ones."""
-    total = cells.field_sum(tuple(np.unique(bounded.kinds).tolist()))
+    total = registry.field_sum(tuple(np.unique(bounded.kinds).tolist()))
     for i in np.argsort(-bounded.reach / bounded.width, kind="stable")[:16]:
         point = _middle(bounded.rows[i], bounded.shape[i])
         try:
@@ -164,11 +164,11 @@ def _middle(row, shape):
     if shape == SEGMENT:
         return 0.5 * (row[5:8] + row[8:11])
     if shape == TRIANGLE:
-        return row[cells.POSITIONS].reshape(3, 3).mean(axis=0)
+        return row[registry.POSITIONS].reshape(3, 3).mean(axis=0)
     if shape == ARC:
-        half = 0.5 * row[cells.ANGLE]
+        half = 0.5 * row[registry.ANGLE]
         turned = math.cos(half) * row[14:17] + math.sin(half) * np.cross(row[17:20], row[14:17])
-        return row[5:8] + row[cells.SIZE] * turned
+        return row[5:8] + row[registry.SIZE] * turned
     return row[5:8]
 
 
@@ -182,7 +182,7 @@ def _around(parts, rows, start, end, extent):
     sums = {1: 0.0, 2: 0.0}
     for cell, where in parts:
         part = rows[where]
-        mass = np.maximum(part[:, cells.STRENGTH], 0.0) * measure(cell.primitive, part)
+        mass = np.maximum(part[:, registry.STRENGTH], 0.0) * measure(cell.primitive, part)
         sums[_UNITS[cell.kernel]] += np.sum(mass)
     ball = np.max(span) + 0.5 * (sums[1] + math.sqrt(sums[1] ** 2 + 4.0 * sums[2]))
     return ball * (1.0 + 1e-6) + span[0]
@@ -192,17 +192,17 @@ def _capsules(rows, shape):
     """(start, end, extent): lines (N, 3) and distances from them that hold the primitives; a plane's nearest point."""
     start = rows[:, 5:8].copy()
     end = start.copy()
-    extent = np.where(shape == ARC, rows[:, cells.SIZE], 0.0)
+    extent = np.where(shape == ARC, rows[:, registry.SIZE], 0.0)
     segments = shape == SEGMENT
     end[segments] = rows[segments, 8:11]
     planes = shape == PLANE
     normal = rows[planes, 17:20]
     start[planes] = end[planes] = np.sum(normal * start[planes], axis=1)[:, None] * normal
     flat = np.flatnonzero(shape == TRIANGLE)
-    corners = rows[flat, cells.POSITIONS].reshape(-1, 3, 3)
+    corners = rows[flat, registry.POSITIONS].reshape(-1, 3, 3)
     sides = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
     longest = np.argmax(sides, axis=1)
     each = np.arange(len(flat))
     start[flat], end[flat] = corners[each, longest], corners[each, (longest + 1) % 3]
-    extent[flat] = 2.0 * rows[flat, cells.ANGLE] / sides[each, longest]
+    extent[flat] = 2.0 * rows[flat, registry.ANGLE] / sides[each, longest]
     return start, end, extent

@@ -23,8 +23,8 @@ import functools
 
 import warp as wp
 
-from fieldsim.potentials import cells
-from fieldsim.potentials.distances import DISTANCES
+from fieldsim.potentials import registry
+from fieldsim.potentials.bounds.distance import DISTANCES
 from fieldsim.potentials.kernels import Cauchy
 from fieldsim.render import bounds
 from fieldsim.render.cubics import cubic_root
@@ -149,7 +149,7 @@ def _steepness(scene: Scene, i: int, d: wp.vec3):
 
 
 def _bends_by_distance(kinds_used):
-    return any(cell.kernel in bounds.ORDER for cell in cells.CELLS.values() if cell.kind in kinds_used)
+    return any(cell.kernel in bounds.ORDER for cell in registry.CELLS.values() if cell.kind in kinds_used)
 
 
 @functools.cache
@@ -162,8 +162,8 @@ def _nearness(kinds_used):
             return 0.0
 
         return nothing
-    table = {cell.kind: DISTANCES[cell.primitive] for cell in cells.CELLS.values() if cell.kind in kinds_used}
-    distance = cells.by_kind(table).warp(wp.float32)
+    table = {cell.kind: DISTANCES[cell.primitive] for cell in registry.CELLS.values() if cell.kind in kinds_used}
+    distance = registry.by_kind(table).warp(wp.float32)
 
     @wp.func
     def nearness(scene: Scene, p: wp.vec3, d: wp.vec3, i: int):
@@ -218,7 +218,7 @@ def first_hit(kinds_used, counted=False):
     counted: it adds its evaluations to `Scene.work`.
     """
     count_work = _counted if counted else _uncounted
-    element = cells.element_field(kinds_used).warp(wp.float32)
+    element = registry.element_field(kinds_used).warp(wp.float32)
     nearness_of = _nearness(kinds_used)
     endless = wp.constant(int(_bends_by_distance(kinds_used)))
 

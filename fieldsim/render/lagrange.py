@@ -10,7 +10,7 @@ import functools
 
 import warp as wp
 
-from fieldsim.potentials import cells
+from fieldsim.potentials import registry
 from fieldsim.render.hermite import CEILING, Scene
 from fieldsim.render.polynomials import Polynomial, polynomial_sweep, product
 
@@ -38,7 +38,7 @@ def _last(scene: Scene, i: int, t: float, t0: float, t1: float):
 @functools.cache
 def first_hit(kinds_used):
     """The Warp function that sweeps a ray through sorted intervals, for the given cells."""
-    element = cells.element_field(kinds_used).warp(wp.float32)
+    element = registry.element_field(kinds_used).warp(wp.float32)
 
     @wp.func
     def sample(scene: Scene, o: wp.vec3, d: wp.vec3, t: float, i: int):

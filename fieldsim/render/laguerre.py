@@ -4,9 +4,9 @@ import functools
 
 import warp as wp
 
-from fieldsim.potentials import cells
+from fieldsim.potentials import registry
 from fieldsim.potentials.kernels import Quartic, SoftObject
-from fieldsim.potentials.point import Point
+from fieldsim.potentials.primitives.point import Point
 from fieldsim.render.hermite import Scene
 from fieldsim.render.polynomials import Polynomial, polynomial_sweep, product
 
@@ -16,7 +16,7 @@ CELLS = ((SoftObject, Point), (Quartic, Point))
 @functools.cache
 def first_hit(kinds_used):
     """The Warp function that sweeps a ray through sorted intervals, for points under Quartic or SoftObject kernels."""
-    soft = wp.constant(cells.CELLS[SoftObject, Point].kind)
+    soft = wp.constant(registry.CELLS[SoftObject, Point].kind)
 
     @wp.func
     def piece(scene: Scene, o: wp.vec3, d: wp.vec3, begin: float, end: float, i: int, t0: float, t1: float):

@@ -12,7 +12,7 @@ import math
 
 import warp as wp
 
-from fieldsim.potentials import cells
+from fieldsim.potentials import registry
 from fieldsim.render import hermite
 from fieldsim.render.gather import FULL, SHADOW, collect
 from fieldsim.render.hits import Balls, Hits, Lights, above, towards
@@ -51,7 +51,7 @@ def aimed(p: wp.vec3, light: int, k: int, i: int, lights: Lights):
 def shade_kernel(kinds_used, in_scratch=False):
     """The kernel that shades hits; in_scratch: see `shading.kernel_around`."""
     sweep = hermite.first_hit(kinds_used)
-    element = cells.element_field(kinds_used).warp(wp.float32)
+    element = registry.element_field(kinds_used).warp(wp.float32)
 
     @wp.func
     def let_in(

@@ -10,7 +10,7 @@ import functools
 
 import warp as wp
 
-from fieldsim.potentials import cells
+from fieldsim.potentials import registry
 from fieldsim.render.hermite import NO_HIT, Scene
 
 SAMPLES = wp.constant(6.0)  # per kernel width
@@ -22,7 +22,7 @@ _TRIES = wp.constant(40)
 @functools.cache
 def first_hit(kinds_used):
     """The Warp function that sweeps a ray through sorted intervals, for the given cells."""
-    element = cells.element_field(kinds_used).warp(wp.float32)
+    element = registry.element_field(kinds_used).warp(wp.float32)
 
     @wp.func
     def excess(

@@ -6,7 +6,7 @@ import functools
 
 import warp as wp
 
-from fieldsim.potentials import cells
+from fieldsim.potentials import registry
 from fieldsim.render import hermite
 from fieldsim.render.candidates import TILE, Candidates, View, direction, exact_direction
 from fieldsim.render.hits import BALLS, Balls, Hits, origin_of, write_rest
@@ -80,7 +80,7 @@ def recorder(kinds_used, layered=False, polish=0.01):
 
     layered: adds to `Hits.weights`; polish: how far a last Newton step may move a hit, in widths of its kernel.
     """
-    element = cells.element_field(kinds_used).warp(wp.float64)
+    element = registry.element_field(kinds_used).warp(wp.float64)
     weigh = _weighed if layered else _unweighed
 
     @wp.func

@@ -16,13 +16,13 @@ import warp as wp
 
 from fieldsim.errors import FieldsimWarning
 from fieldsim.launch import launch
-from fieldsim.potentials import cells
-from fieldsim.potentials.arc import Arc
-from fieldsim.potentials.circle import Circle
-from fieldsim.potentials.distances import DISTANCES
-from fieldsim.potentials.plane import Plane
-from fieldsim.potentials.segment import Segment
-from fieldsim.potentials.triangle import Triangle
+from fieldsim.potentials import registry
+from fieldsim.potentials.bounds.distance import DISTANCES
+from fieldsim.potentials.primitives.arc import Arc
+from fieldsim.potentials.primitives.circle import Circle
+from fieldsim.potentials.primitives.plane import Plane
+from fieldsim.potentials.primitives.segment import Segment
+from fieldsim.potentials.primitives.triangle import Triangle
 from fieldsim.render import hermite, safe_steps
 from fieldsim.render.hits import Hits, origin_of, write_rest
 from fieldsim.render.materials import factors
@@ -43,9 +43,9 @@ _Worst = wp.types.vector(length=8, dtype=wp.float64)
 @functools.cache
 def march_kernel(kinds_used):
     """The kernel that walks along rays."""
-    element = cells.element_field(kinds_used).warp(wp.float64)
-    primitives = {cell.kind: cell.primitive for cell in cells.CELLS.values()}
-    distance = cells.by_kind({kind: DISTANCES[primitives[kind]] for kind in kinds_used}).warp(wp.float64)
+    element = registry.element_field(kinds_used).warp(wp.float64)
+    primitives = {cell.kind: cell.primitive for cell in registry.CELLS.values()}
+    distance = registry.by_kind({kind: DISTANCES[primitives[kind]] for kind in kinds_used}).warp(wp.float64)
     ceiling = safe_steps.ceiling.warp(wp.float64)
     rise = safe_steps.rise.warp(wp.float64)
     fall = safe_steps.fall.warp(wp.float64)
@@ -161,7 +161,7 @@ class _Scene:
 @functools.cache
 def describe_kernel(kinds_used):
     """The kernel that writes what rays hit: normals, and materials mixed by weight."""
-    element = cells.element_field(kinds_used).warp(wp.float64)
+    element = registry.element_field(kinds_used).warp(wp.float64)
 
     @wp.kernel(module="unique", enable_backward=False)
     def describe(
@@ -208,13 +208,13 @@ def describe_kernel(kinds_used):
 
 
 class Referee:
-    """Surface elements (see `cells`) in float64 on a device, whose surface F = 1 rays meet.
+    """Surface elements (see `registry`) in float64 on a device, whose surface F = 1 rays meet.
 
     Raises InputError for a cell whose field's growth has no known bound. steps: evaluations of the field for the last
     rays, (N,).
     """
 
-    def __init__(self, elements: cells.Elements, device=None):
+    def __init__(self, elements: registry.Elements, device=None):
         self.device = device
         self.kinds = elements.kinds_used
         rows, self.bend = safe_steps.with_bounds(elements)
@@ -275,14 +275,14 @@ def _ball(elements, rows):
     """(centre, radius) of a ball that holds the surface; (None, size of the scene) where planes have none."""
     if not len(elements):
         return None, 0.0
-    primitives = {cell.kind: cell.primitive for cell in cells.CELLS.values()}
-    corners = elements.rows[:, cells.POSITIONS].reshape(-1, 3, 3)
+    primitives = {cell.kind: cell.primitive for cell in registry.CELLS.values()}
+    corners = elements.rows[:, registry.POSITIONS].reshape(-1, 3, 3)
     used = np.array([_CORNERS.get(primitives[kind], 1) for kind in elements.kinds.tolist()])
     center = 0.5 * (corners[:, 0].min(axis=0) + corners[:, 0].max(axis=0))
     away = np.linalg.norm(corners - center, axis=2)
     away[np.arange(3) >= used[:, None]] = 0.0
     round_ones = np.array([primitives[kind] in (Arc, Circle) for kind in elements.kinds.tolist()])
-    size = (away.max(axis=1) + np.where(round_ones, elements.rows[:, cells.SIZE], 0.0)).max()
+    size = (away.max(axis=1) + np.where(round_ones, elements.rows[:, registry.SIZE], 0.0)).max()
     if any(primitives[kind] is Plane for kind in elements.kinds_used):
         return None, size
     return center, size + safe_steps.reach(rows)

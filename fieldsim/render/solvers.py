@@ -18,7 +18,7 @@ import warp as wp
 
 from fieldsim import validate
 from fieldsim.errors import InputError
-from fieldsim.potentials import cells
+from fieldsim.potentials import registry
 from fieldsim.render import hermite, lagrange, laguerre, numeric, safe_steps
 from fieldsim.render.candidates import TILE, Candidates
 from fieldsim.render.referee import Referee
@@ -32,7 +32,7 @@ class Solver:
         self.options = {"first_hit": first_hit, "polish": polish}
         self._known = known
 
-    def check(self, elements: cells.Elements) -> None:
+    def check(self, elements: registry.Elements) -> None:
         """Raise InputError for elements that the solver cannot do."""
         for cell in _cells(elements):
             if self._known is not None and (cell.kernel, cell.primitive) not in self._known:
@@ -88,7 +88,7 @@ class SafeSteps(Solver):
 
 def _cells(elements):
     used = elements.kinds_used
-    return [cell for cell in cells.CELLS.values() if cell.kind in used]
+    return [cell for cell in registry.CELLS.values() if cell.kind in used]
 
 
 SOLVERS = {

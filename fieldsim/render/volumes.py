@@ -6,7 +6,7 @@ pierced twice; the result then spans both passages.
 
 import warp as wp
 
-from fieldsim.potentials.distances import arc_distance
+from fieldsim.potentials.bounds.distance import arc_distance
 from fieldsim.render import bounds
 
 MISS = wp.constant(1.0e30)

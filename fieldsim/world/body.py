@@ -8,11 +8,11 @@ import numpy as np
 from fieldsim import validate
 from fieldsim.arrays import kept
 from fieldsim.errors import InputError
-from fieldsim.potentials import cells
+from fieldsim.potentials import registry
 from fieldsim.potentials.field import Field, skeleton, spread
 from fieldsim.potentials.kernels import Kernel
-from fieldsim.potentials.mesh import TriangleMesh
-from fieldsim.potentials.primitive import Primitive
+from fieldsim.potentials.meshes.mesh import TriangleMesh
+from fieldsim.potentials.primitives.base import Primitive
 from fieldsim.world.color import color_rgb
 from fieldsim.world.contact import LAWS, Absorb, Bounce, Repulsion
 from fieldsim.world.material import Material
@@ -88,12 +88,12 @@ class Body:
             return None
         return spread("Body", self.skeleton, self.mass, self.G, self.gravity)
 
-    def gravity_elements(self, time: float) -> cells.Elements:
+    def gravity_elements(self, time: float) -> registry.Elements:
         """Packed gravity elements at `time`, in the body's frame."""
         time = validate.number(self.label, "time", time)
         return self._pack_gravity(time) if self.deforming else self._fixed_gravity
 
-    def surface_elements(self, time: float) -> cells.Elements:
+    def surface_elements(self, time: float) -> registry.Elements:
         """Packed surface elements at `time`, in the body's frame, scaled so that the surface is F = 1."""
         time = validate.number(self.label, "time", time)
         return self._pack_surface(time) if self.deforming else self._fixed_surface
@@ -121,19 +121,19 @@ class Body:
 
     def _pack_gravity(self, time):
         field = self.gravity_field()
-        return cells.concatenate([]) if field is None else field.at(time).elements
+        return registry.concatenate([]) if field is None else field.at(time).elements
 
     def _pack_surface(self, time):
         if self.surface is None:
-            return cells.concatenate([])
+            return registry.concatenate([])
         material = self.surface.at(time)
         if material.level is not None:
             elements = self._pack_gravity(time)
-            elements.rows[:, cells.STRENGTH] /= material.level
+            elements.rows[:, registry.STRENGTH] /= material.level
             return elements
         primitives = [primitive.at(time) for primitive in self.skeleton]
         strengths, folds = zip(*(material.strength_on(p) for p in primitives), strict=True)
-        return cells.pack(primitives, [material.surface_kernel] * len(primitives), strengths, folds)
+        return registry.pack(primitives, [material.surface_kernel] * len(primitives), strengths, folds)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -6,9 +6,9 @@ import functools
 
 from fieldsim import validate
 from fieldsim.errors import InputError
+from fieldsim.potentials import calibration
 from fieldsim.potentials.kernels import Gaussian, Kernel
-from fieldsim.potentials.primitive import Primitive
-from fieldsim.world import tissue
+from fieldsim.potentials.primitives.base import Primitive
 from fieldsim.world.color import color_rgb
 from fieldsim.world.texture import NAMED, Texture
 
@@ -35,7 +35,7 @@ class Material:
     radius: distance R > 0 between the primitive in isolation and its surface F = T (a point: a sphere; a segment, arc
     or circle: the tube far from its ends; a triangle or plane: the slab over its middle). blobbiness: B < 0; near zero,
     neighbours melt together; strongly negative, they keep their shapes (Blinn 1982; Sherstyuk 1999, 3.3.2).
-    kernel: any kernel's class, which takes its width from R and B (see `tissue`: for the Gaussian a^2 = -B / R^2); or a
+    kernel: any kernel's class, whose width follows from R and B (see `calibration`; Gaussian: a^2 = -B / R^2); or a
     kernel, whose width is its own, as fs.Newtonian() without any softening. The strength is the one that puts the
     surface at R exactly. Fields without end, as 1/r, add up over a skeleton: its surface lies farther out.
     threshold: T relative to the canonical 1: above 1 the body shrinks, below it swells.
@@ -126,7 +126,7 @@ class Material:
         """The kernel of the surface field."""
         if isinstance(self.kernel, Kernel):
             return self.kernel
-        return tissue.kernel_of(self.kernel, self.radius, self.blobbiness)
+        return calibration.kernel_of(self.kernel, self.radius, self.blobbiness)
 
     def surface_strength(self, dimension: int) -> tuple[float, float]:
         """(strength, fold) of a point, line or plane (0, 1, 2), such that F = 1 is the surface; see `cells`.
@@ -134,11 +134,11 @@ class Material:
         Raises InputError for a line or plane whose field is infinite.
         """
         dimension = validate.whole("Material.surface_strength", "dimension", dimension, at_least=0, at_most=2)
-        strength, fold = tissue.strength(self.surface_kernel, self.radius, dimension)
+        strength, fold = calibration.strength(self.surface_kernel, self.radius, dimension)
         return strength / self.threshold, fold
 
     def strength_on(self, primitive: Primitive) -> tuple[float, float]:
-        """(strength, fold) of a primitive, also of one that is measured by itself; see `tissue`."""
+        """(strength, fold) of a primitive, also of one that is measured by itself; see `calibration`."""
         validate.instance("Material.strength_on", "primitive", primitive, Primitive, "give one such as fs.Segment(...)")
-        strength, fold = tissue.strength_on(self.surface_kernel, self.radius, primitive)
+        strength, fold = calibration.strength_on(self.surface_kernel, self.radius, primitive)
         return strength / self.threshold, fold

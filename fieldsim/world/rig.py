@@ -5,7 +5,7 @@ import functools
 
 from fieldsim import validate
 from fieldsim.errors import InputError
-from fieldsim.potentials.primitive import Primitive
+from fieldsim.potentials.primitives.base import Primitive
 from fieldsim.world.motion import IDENTITY, Pose, pose_at
 
 

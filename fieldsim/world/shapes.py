@@ -13,7 +13,7 @@ import numpy as np
 from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.numerics import quaternion
-from fieldsim.potentials.mesh import TriangleMesh
+from fieldsim.potentials.meshes.mesh import TriangleMesh
 from fieldsim.world.color import color_rgb
 from fieldsim.world.material import Material
 from fieldsim.world.motion import IDENTITY, Pose, pose_at

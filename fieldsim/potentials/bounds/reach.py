@@ -1,0 +1,199 @@
+"""How far elements reach: the distance from a primitive beyond which its field stays below a level.
+
+No element gives more than strength * measure * h(distance to it), where of a compact kernel only that part of the
+measure counts which lies within its support; and a piece of a line or a plane no more than the whole line or plane.
+"""
+
+import math
+
+import numpy as np
+
+from fieldsim.errors import InputError
+from fieldsim.potentials import registry
+from fieldsim.potentials.kernels import (
+    COMPACT,
+    Cauchy,
+    Gaussian,
+    InverseSquare,
+    Metaball,
+    Newtonian,
+    Quartic,
+    SoftObject,
+)
+from fieldsim.potentials.primitives.arc import Arc
+from fieldsim.potentials.primitives.circle import Circle
+from fieldsim.potentials.primitives.plane import Plane
+from fieldsim.potentials.primitives.point import Point
+from fieldsim.potentials.primitives.profile import ProfiledArc, ProfiledSegment
+from fieldsim.potentials.primitives.segment import Segment
+from fieldsim.potentials.primitives.tapered import TaperedSegment
+from fieldsim.potentials.primitives.triangle import Triangle
+
+# Where a profile is looked at, and how much it may exceed what is seen there: by Markov's inequality a polynomial of
+# degree 12 changes by less than 2 * 12^2 of its maximum over half a step.
+_PROBES = np.linspace(0.0, 1.0, 1001)
+_BETWEEN = 1.2
+
+# A compact kernel changes over this share of its support as a Gaussian does over 1 / a.
+_SHARE = 0.4
+
+
+def _length(rows):
+    return rows[..., registry.SIZE]
+
+
+def _arc_length(rows):
+    return rows[..., registry.SIZE] * rows[..., registry.ANGLE]
+
+
+def _tapered_length(rows):
+    return rows[..., registry.SIZE] * 0.5 * (rows[..., 20] + rows[..., 21])
+
+
+# Length or area of a primitive, its dimension, and whether it is straight: a piece of a whole line or plane.
+_MEASURES = {
+    Point: (lambda rows: np.ones(rows.shape[:-1]), 0, False),
+    Segment: (_length, 1, True),
+    Arc: (_arc_length, 1, False),
+    Circle: (_arc_length, 1, False),
+    Triangle: (lambda rows: rows[..., registry.ANGLE], 2, True),
+    Plane: (lambda rows: np.full(rows.shape[:-1], math.inf), 2, True),
+    ProfiledSegment: (_length, 1, True),
+    ProfiledArc: (_arc_length, 1, False),
+    TaperedSegment: (_tapered_length, 1, False),
+}
+
+
+def _cauchy(power):
+    return lambda ratio, s: np.sqrt(np.maximum(ratio ** (-1.0 / power) - 1.0, 0.0)) / s
+
+
+def _gaussian(ratio, a):
+    return np.sqrt(np.maximum(-np.log(ratio), 0.0)) / a
+
+
+def _quartic(ratio, radius):
+    return radius * np.sqrt(1.0 - np.sqrt(np.minimum(ratio, 1.0)))
+
+
+def _soft_object(ratio, radius):
+    # w^2 (5 + 4 w) / 9 = ratio, w = 1 - u^2, by Newton's method, which from below only overshoots once.
+    ratio = np.minimum(ratio, 1.0)
+    w = np.sqrt(ratio)
+    for _ in range(8):
+        w = w - (w * w * (5.0 + 4.0 * w) - 9.0 * ratio) / np.maximum(w * (10.0 + 12.0 * w), 1e-300)
+    return radius * np.sqrt(np.clip(1.0 - w, 0.0, 1.0))
+
+
+def _metaball(ratio, radius):
+    inner = np.sqrt(np.maximum(1.0 - ratio, 0.0) / 3.0)
+    return radius * np.where(ratio > 2.0 / 3.0, inner, 1.0 - np.sqrt(ratio / 1.5))
+
+
+# Of h on a point: the distance where h falls to a ratio, by (ratio, width).
+_POINT = {
+    Gaussian: _gaussian,
+    Cauchy: _cauchy(2.0),
+    Newtonian: lambda ratio, softening: np.sqrt(np.maximum(ratio**-2.0 - softening**2, 0.0)),
+    InverseSquare: lambda ratio, softening: np.sqrt(np.maximum(1.0 / ratio - softening**2, 0.0)),
+    Metaball: _metaball,
+    SoftObject: _soft_object,
+    Quartic: _quartic,
+}
+# The field of a whole line and of a whole plane, where it has the form factor(width) * profile(distance): the factor,
+# and where the profile falls to a ratio.
+_WHOLE = {
+    (Gaussian, 1): (lambda a: math.sqrt(math.pi) / a, _gaussian),
+    (Gaussian, 2): (lambda a: math.pi / a**2, _gaussian),
+    (Cauchy, 1): (lambda s: 0.5 * math.pi / s, _cauchy(1.5)),
+    (Cauchy, 2): (lambda s: math.pi / s**2, _cauchy(1.0)),
+    (InverseSquare, 1): (lambda softening: np.full_like(softening, math.pi), _POINT[Newtonian]),
+}
+
+
+def measure(primitive: type, rows):
+    """Length, area, or 1 for a point, (...,)."""
+    return _MEASURES[primitive][0](rows)
+
+
+def reach(rows, kinds, level):
+    """Distances (...,) from each primitive beyond which its field is at most `level` in size; 0 where it never is more.
+
+    rows (..., N, WIDTH), kinds (N,); level: a number, or one per element.
+    """
+    result = np.zeros(rows.shape[:-1])
+    level = np.broadcast_to(level, result.shape)
+    for cell, which in registry.parts_of(kinds):
+        result[..., which] = _reach(cell, rows[..., which, :], level[..., which])
+    return result
+
+
+def scale(rows, kinds):
+    """Lengths (N,) over which elements' fields vary: a kernel's width, or where all of 1/r may come to F = 1."""
+    width = rows[..., registry.KERNEL]
+    result = np.empty_like(width)
+    parts = registry.parts_of(kinds)
+    endless = sum(len(width[which]) for cell, which in parts if cell.kernel in (Newtonian, InverseSquare))
+    for cell, which in parts:
+        if cell.kernel in (Gaussian, Cauchy):
+            result[which] = 1.0 / width[which]
+        elif cell.kernel in COMPACT:
+            result[which] = _SHARE * width[which]
+        else:
+            result[which] = np.maximum(_reach(cell, rows[which], 1.0 / endless), width[which])
+    return np.where(result > 0.0, result, math.inf)
+
+
+def _reach(cell, rows, level):
+    if cell.primitive not in _MEASURES:
+        raise InputError(
+            f"a surface of {cell.kernel.__name__} on {cell.primitive.__name__} can neither be drawn nor touched; "
+            "leave it out, or give the body another skeleton"
+        )
+    width = rows[..., registry.KERNEL]
+    _, dimension, straight = _MEASURES[cell.primitive]
+    strength = np.abs(rows[..., registry.STRENGTH]) * greatest_factor(cell, rows)
+    # A share of 1 in 1e9 for rounding.
+    with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
+        ratio = level / (1.0 + 1e-9) / strength * np.exp(-rows[..., registry.FOLD])
+        bounds = [_POINT[cell.kernel](ratio / within(cell, rows), width)]
+        if straight and (cell.kernel, dimension) in _WHOLE:
+            factor, inverse = _WHOLE[cell.kernel, dimension]
+            bounds.append(inverse(ratio / factor(width), width))
+    bounds = [np.nan_to_num(bound, nan=np.inf, posinf=np.inf) for bound in bounds]
+    return np.where(strength > 0.0, np.minimum.reduce(bounds), 0.0)
+
+
+def within(cell, rows):
+    """No less than the measure of the part of a primitive that gives to any one point, (...,)."""
+    whole = measure(cell.primitive, rows)
+    if cell.kernel not in COMPACT:
+        return whole
+    width = rows[..., registry.KERNEL]
+    _, dimension, straight = _MEASURES[cell.primitive]
+    return np.minimum(whole, (1.0, (2.0 if straight else 2.0 * math.pi) * width, math.pi * width**2)[dimension])
+
+
+def greatest_factor(cell, rows):
+    """No less than what a profile multiplies the field with, in size."""
+    if cell.primitive not in (ProfiledSegment, ProfiledArc):
+        return 1.0
+    return _BETWEEN * np.abs(_profiles(rows)).max(axis=-1)
+
+
+def profile_bend(cell, rows):
+    """How sharply profiles bend log F, in 1 / length^2: of the order of their greatest slope, relative and squared."""
+    if cell.primitive not in (ProfiledSegment, ProfiledArc):
+        return 0.0
+    values = _profiles(rows)
+    slope = np.abs(np.gradient(values, _PROBES, axis=-1)).max(axis=-1) / np.abs(values).max(axis=-1)
+    # u changes by 2 / length along a hat, and on an arc faster nearer to its axis.
+    return (4.0 * slope / measure(cell.primitive, rows)) ** 2
+
+
+def _profiles(rows):
+    """The polynomials of s at the probes, (..., probes)."""
+    values = 0.0
+    for k in reversed(range(22, registry.OWN.stop)):
+        values = values * _PROBES + rows[..., k, None]
+    return values

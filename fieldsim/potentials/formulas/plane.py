@@ -1,0 +1,156 @@
+"""Infinite planes: F is a function of the height z alone.
+
+F(z) = 2 pi integral from |z| of r h(r) dr, which diverges for the inverse powers while its derivative does not; these
+are given relative to a gauge: F = 0 at z = 0 for the Newtonian kernel, F = -pi log(z^2 + softening^2) for the inverse
+square.
+"""
+
+import math
+
+from fieldsim.portable import Table, portable, real
+from fieldsim.potentials.formulas.point import EXPONENT_LIMIT
+from fieldsim.potentials.formulas.segment.segment import SPLIT, SPLIT_SINGLE
+from fieldsim.potentials.formulas.triangle.compact import SOFT_2, SOFT_3, metaball_levels
+from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Metaball, Newtonian, Quartic, SoftObject
+from fieldsim.potentials.primitives.plane import Plane
+from fieldsim.potentials.registry import register
+
+TWO_PI = 2.0 * math.pi
+# Closer to the plane than this part of the offset from its point, the height is computed with care.
+CLOSE = 0.125
+
+
+@portable
+def cauchy_plane(z: real, s: real, fold: real):
+    """(F, dF/dz, d2F/dz2) of the Cauchy kernel."""
+    h = real(1.0) / (real(1.0) + s * s * z * z)
+    f = real(math.pi) * h / (s * s)
+    slope = -real(TWO_PI) * h * h
+    return f, slope * z, slope * h * (real(1.0) - real(3.0) * s * s * z * z)
+
+
+@portable
+def gaussian_plane(z: real, a: real, fold: real):
+    """(F, dF/dz, d2F/dz2) of the Gaussian exp(fold - a^2 r^2), its exponent clamped at EXPONENT_LIMIT."""
+    h = real(TWO_PI) * math.exp(min(fold - a * a * z * z, real(EXPONENT_LIMIT)))
+    return real(0.5) * h / (a * a), -h * z, h * (real(2.0) * a * a * z * z - real(1.0))
+
+
+@portable
+def inverse_square_plane(z: real, softening: real, fold: real):
+    """(F, dF/dz, d2F/dz2) of 1/(r^2 + softening^2). On an unsoftened plane: inf, slopes 0."""
+    w = math.sqrt(z * z + softening * softening)
+    if w == real(0.0):
+        return real(math.inf), real(0.0), real(0.0)
+    slope = -real(TWO_PI) / w
+    return (
+        -real(TWO_PI) * math.log(w),
+        slope * (z / w),
+        slope / w * ((softening - z) / w) * ((softening + z) / w),
+    )
+
+
+@portable
+def newtonian_plane(z: real, softening: real, fold: real):
+    """(F, dF/dz, d2F/dz2) of 1/sqrt(r^2 + softening^2). On an unsoftened plane: 0 (slopes of both sides cancel)."""
+    w = math.sqrt(z * z + softening * softening)
+    if w == real(0.0):
+        return real(0.0), real(0.0), real(0.0)
+    u = z / w
+    ratio = softening / w
+    return -real(TWO_PI) * z * (z / (w + softening)), -real(TWO_PI) * u, -real(TWO_PI) * ratio * ratio / w
+
+
+@portable
+def _polynomial_plane(z: real, radius: real, fold: real):
+    """(F, dF/dz, d2F/dz2) of c2 y^2 + c3 y^3, y = 1 - (z / radius)^2, within the radius."""
+    u = z / radius
+    # The difference is exact next to the support's edge.
+    y = max((radius - abs(z)) * (radius + abs(z)) / (radius * radius), real(0.0))
+    f = real(math.pi) * radius * radius * (real(c2) / real(3.0) + real(c3) * y / real(4.0)) * y * y * y  # noqa: F821 - bound below
+    slope = -real(TWO_PI) * (real(c2) + real(c3) * y) * y * y  # noqa: F821
+    bend = (real(2.0) * real(c2) + real(3.0) * real(c3) * y) * y  # noqa: F821
+    return f, z * slope, slope + real(2.0) * real(TWO_PI) * u * u * bend
+
+
+@portable
+def metaball_plane(z: real, radius: real, fold: real):
+    """(F, dF/dz, d2F/dz2) of the Metaball."""
+    u = abs(z) / radius
+    level, h, slope = metaball_levels(u)
+    return (
+        -real(TWO_PI) * radius * radius * level,
+        -real(TWO_PI) * z * h,
+        -real(TWO_PI) * (h + real(2.0) * u * u * slope),
+    )
+
+
+@portable
+def close_height(x: real, y: real, z: real, rows: Table, i: int, reach: real):
+    """The height above the plane to 2^-76 (float32: 2^-34) of `reach`, the largest of the offset's coordinates.
+
+    As `arc_jet.close_to_the_ring`: offsets carry their rounding error along, and factors are split in two halves of
+    their digits, whose leading products are exact (a compiler may fuse them) and cancel exactly.
+    """
+    split = real(SPLIT)
+    if real(1.0) + real(1e-10) == real(1.0):
+        split = real(SPLIT_SINGLE)
+    unit = real(4.0) * split
+    grid = unit * reach
+    lead = real(0.0)
+    rest = real(0.0)
+    for k in range(3):
+        p = x
+        if k == 1:
+            p = y
+        if k == 2:
+            p = z
+        d = p - rows[i, 5 + k]
+        back = d - p
+        error = (p - (d - back)) - (rows[i, 5 + k] + back)
+        high = (d + grid) - grid
+        low = (d - high) + error
+        n_high = (rows[i, 17 + k] + unit) - unit
+        n_low = rows[i, 17 + k] - n_high
+        lead += high * n_high
+        rest += high * n_low + low * (n_high + n_low)
+    return lead + rest
+
+
+@portable
+def _element(x: real, y: real, z: real, rows: Table, i: int):
+    nx = rows[i, 17]
+    ny = rows[i, 18]
+    nz = rows[i, 19]
+    dx = x - rows[i, 5]
+    dy = y - rows[i, 6]
+    dz = z - rows[i, 7]
+    height = dx * nx + dy * ny + dz * nz
+    reach = max(abs(dx), max(abs(dy), abs(dz)))
+    if abs(height) < real(CLOSE) * reach:
+        height = close_height(x, y, z, rows, i, reach)
+    f, slope, curve = kernel(height, rows[i, 1], rows[i, 4])  # noqa: F821 - bound below
+    f *= rows[i, 0]
+    slope *= rows[i, 0]
+    curve *= rows[i, 0]
+    return (
+        f,
+        slope * nx,
+        slope * ny,
+        slope * nz,
+        curve * nx * nx,
+        curve * ny * ny,
+        curve * nz * nz,
+        curve * nx * ny,
+        curve * nx * nz,
+        curve * ny * nz,
+    )
+
+
+register(Cauchy, Plane, _element.bind(kernel=cauchy_plane))
+register(Gaussian, Plane, _element.bind(kernel=gaussian_plane))
+register(InverseSquare, Plane, _element.bind(kernel=inverse_square_plane))
+register(Metaball, Plane, _element.bind(kernel=metaball_plane))
+register(Newtonian, Plane, _element.bind(kernel=newtonian_plane))
+register(Quartic, Plane, _element.bind(kernel=_polynomial_plane.bind(c2=1.0, c3=0.0)))
+register(SoftObject, Plane, _element.bind(kernel=_polynomial_plane.bind(c2=SOFT_2, c3=SOFT_3)))

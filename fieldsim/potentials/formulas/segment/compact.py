@@ -1,0 +1,149 @@
+"""Kernels of compact support on segments: integrals over the part of the segment inside the support.
+
+Because these kernels vanish at the support's edge with their first derivative, F's first and second derivatives are the
+integrals of the kernel's over the same clipped part, without terms from its moving ends.
+"""
+
+import math
+
+from fieldsim.numerics.special import log1p
+from fieldsim.portable import portable, real
+from fieldsim.potentials.formulas.compact import quartic, soft_object
+from fieldsim.potentials.formulas.segment.segment import segment_jet
+from fieldsim.potentials.kernels import Metaball, Quartic, SoftObject
+from fieldsim.potentials.primitives.segment import Segment
+from fieldsim.potentials.registry import register
+
+THIRD = 1 / 3
+
+
+@portable
+def _polynomial_segment(lo: real, rho2: real, length: real, radius: real, fold: real):
+    """Local derivatives for `segment_jet`, of a polynomial in r^2 of degree <= 3: four Gauss nodes are exact.
+
+    All terms of F are positive; no cancellation inside, outside or at the edge of the support.
+    """
+    f = real(0.0)
+    along = real(0.0)
+    across = real(0.0)
+    along_along = real(0.0)
+    mixed = real(0.0)
+    bend = real(0.0)
+    rho = math.sqrt(rho2)
+    # The support's part of the line: |q| < k.
+    k2 = (radius - rho) * (radius + rho)
+    if k2 <= real(0.0):
+        return f, along, across, along_along, mixed, bend
+    k = math.sqrt(k2)
+    start = max(lo, -k)
+    half = real(0.5) * (min(lo + length, k) - start)
+    if lo >= -k and lo + length <= k:
+        half = real(0.5) * length
+    if half <= real(0.0):
+        return f, along, across, along_along, mixed, bend
+    per = real(1.0) / radius
+    middle = (start + half) * per
+    half *= per
+    k2 = k2 * per * per
+    rho *= per
+    for j in range(4):
+        node = real(0.33998104358485626)
+        weight = real(0.6521451548625461)
+        if j >= 2:
+            node = real(0.8611363115940526)
+            weight = real(0.34785484513745385)
+        if j == 1 or j == 3:
+            node = -node
+        q = middle + half * node
+        h, slope, curve = profile(k2 - q * q)  # noqa: F821 - bound below
+        f += weight * h
+        along -= weight * q * slope
+        across -= weight * slope
+        along_along += weight * (real(2.0) * q * q * curve - slope)
+        mixed += weight * q * curve
+        bend += weight * curve
+    half_per = real(2.0) * half * per
+    return (
+        half * radius * f,
+        real(2.0) * half * along,
+        half_per * across,
+        half_per * along_along,
+        real(2.0) * half_per * rho * mixed,
+        real(2.0) * half_per * rho * rho * bend,
+    )
+
+
+@portable
+def _shell(a: real, width: real, rho2: real, radius: real):
+    """A metaball's outer part 3/2 (1 - r / radius)^2 over q = a..a + width, a >= 0, but for the integral of 1 / r.
+
+    Returns (g, F, F_q, F_qrho / rho, F_rhorho - F_rho / rho), derivatives of the integrand integrated; that integral is
+    log1p(g), to be left out of F with the factor -3/2 rho2 / radius. All carry the width as a factor.
+    """
+    # An empty part may lie anywhere, on the source too.
+    a = max(a, real(0.0))
+    b = a + width
+    inner = radius / real(3.0)
+    r_a = max(math.sqrt(a * a + rho2), inner)
+    r_b = max(math.sqrt(b * b + rho2), inner)
+    twice = a + b
+    both = r_a + r_b
+    inverse = real(1.0) / (both * (a + r_a))
+    rise = twice * ((a + r_a) * inverse)
+    squares = rho2 + (a * twice + b * b) * real(THIRD)
+    per = real(1.0) / radius
+    bend = real(0.0)
+    if width > real(0.0):
+        bend = real(3.0) * per * rho2 * width * twice / (r_a * r_b * (b * r_a + a * r_b))
+    return (
+        width * (both + twice) * inverse,
+        real(1.5) * width * (real(1.0) + per * (per * squares - real(0.5) * (both + twice * rise))),
+        -real(3.0) * per * width * (rise - real(0.5) * per * twice),
+        real(3.0) * per * width * rise / (r_a * r_b),
+        bend,
+    )
+
+
+@portable
+def metaball_segment(lo: real, rho2: real, length: real, radius: real, fold: real):
+    """Local derivatives for `segment_jet`: inner parabola, and the outer part on either side of it.
+
+    Error < 1e-14 of the peak over the clipped part. The cuts are offsets from the near end, so that the parts of the
+    shortest segments add up.
+    """
+    zero = real(0.0)
+    rho = math.sqrt(rho2)
+    k2 = (radius - rho) * (radius + rho)
+    if k2 <= zero or lo >= radius:
+        return zero, zero, zero, zero, zero, zero
+    third = radius / real(3.0)
+    k_in = math.sqrt(max((third - rho) * (third + rho), zero))
+    k_out = math.sqrt(k2)
+    t1 = min(max(-k_out - lo, zero), length)
+    t2 = min(max(-k_in - lo, zero), length)
+    t3 = min(max(k_in - lo, zero), length)
+    t4 = min(max(k_out - lo, zero), length)
+    a = lo + t2
+    b = lo + t3
+    x, left, left_along, left_mixed, left_bend = _shell(-a, t2 - t1, rho2, radius)
+    y, right, right_along, right_mixed, right_bend = _shell(b, t4 - t3, rho2, radius)
+    # The integral of 1 / r over both sides.
+    inverse = log1p(x + y + x * y)
+    width = t3 - t2
+    per = real(1.0) / radius
+    drop = real(3.0) * per * per * width
+    shells = real(3.0) * per * per * ((t2 - t1) + (t4 - t3))
+    squares = rho2 + (a * a + a * b + b * b) * real(THIRD)
+    return (
+        width - drop * squares + (left + right - real(1.5) * per * rho2 * inverse),
+        right_along - left_along - drop * (a + b),
+        shells - real(3.0) * per * inverse - real(2.0) * drop,
+        shells - left_bend - right_bend - real(2.0) * drop,
+        rho * (right_mixed - left_mixed),
+        left_bend + right_bend,
+    )
+
+
+register(SoftObject, Segment, segment_jet.bind(kernel=_polynomial_segment.bind(profile=soft_object)))
+register(Quartic, Segment, segment_jet.bind(kernel=_polynomial_segment.bind(profile=quartic)))
+register(Metaball, Segment, segment_jet.bind(kernel=metaball_segment))

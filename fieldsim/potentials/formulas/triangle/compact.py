@@ -1,0 +1,332 @@
+"""Triangles under kernels of compact support: the support cuts a disc out of the plane, and a chord out of each edge.
+
+Outside the chord H - H(|z|) is a constant times an angle; inside it is a polynomial in t, for the Metaball's outer
+piece with roots r = sqrt(g^2 + t^2), g^2 = d^2 + z^2. Interfaces as in `triangle_edges`.
+"""
+
+import math
+
+from fieldsim.portable import portable, real
+from fieldsim.potentials.formulas.segment.segment import newtonian_segment
+from fieldsim.potentials.formulas.triangle.edges import angles, cell
+from fieldsim.potentials.formulas.triangle.triangle import FAR
+from fieldsim.potentials.kernels import Metaball, Quartic, SoftObject
+from fieldsim.potentials.primitives.triangle import Triangle
+from fieldsim.potentials.registry import register
+
+# SoftObject: h = 5/9 y^2 + 4/9 y^3 with y = 1 - u^2; the quartic kernel: y^2.
+SOFT_2 = 5 / 9
+SOFT_3 = 4 / 9
+THIRD = 1 / 3
+# -H(0) / R^2 of the Metaball.
+METABALL_CORE = 13 / 108
+
+
+@portable
+def _chord(lo: real, hi: real, square: real):
+    """The part of lo..hi where t^2 < square; an empty one lies at lo."""
+    half = math.sqrt(max(square, real(0.0)))
+    start = max(lo, -half)
+    end = min(hi, half)
+    if end <= start:
+        start = lo
+        end = lo
+    return start, end
+
+
+@portable
+def _angle(d: real, start: real, end: real):
+    """A vector of the angle under which start..end on a line at distance d is seen, with the sign of d."""
+    return d * d + start * end, d * (end - start)
+
+
+@portable
+def _both_angles(d: real, start: real, end: real, again: real, last: real):
+    """A vector of the sum of two such angles."""
+    x, y = _angle(d, start, end)
+    u, v = _angle(d, again, last)
+    return x * u - y * v, x * v + y * u
+
+
+# Polynomials in y = 1 - r^2 / R^2: h = c2 y^2 + c3 y^3.
+
+
+@portable
+def _node(t: real, weight: real, square: real, per_r2: real, y0: real):
+    """A quadrature node's share of the integrals of h, h' and of (Y - Y0), (h - h0), (h' - h0') over y - y0; Y' = h."""
+    y = (square - t * t) * per_r2
+    h = (real(c2) + real(c3) * y) * y * y  # noqa: F821 - bound by the kernel
+    slope = (real(2.0) * real(c2) + real(3.0) * real(c3) * y) * y  # noqa: F821
+    squares = y0 * y0 + (y0 + y) * y
+    cubes = (y0 + y) * (y0 * y0 + y * y)
+    f = real(c2) * squares * real(THIRD) + real(0.25) * real(c3) * cubes  # noqa: F821
+    f_1 = real(c2) * (y0 + y) + real(c3) * squares  # noqa: F821
+    f_2 = real(2.0) * real(c2) + real(3.0) * real(c3) * (y0 + y)  # noqa: F821
+    return weight * h, weight * slope, weight * f, weight * f_1, weight * f_2
+
+
+@portable
+def polynomial_edge(d: real, lo: real, length: real, z: real, radius: real, fold: real, outside: real):
+    """Four Gauss-Legendre nodes are exact: degree 6 in t."""
+    per_r2 = real(1.0) / (radius * radius)
+    disc = (radius - z) * (radius + z)
+    if disc <= real(0.0):
+        nil = real(0.0)
+        one = real(1.0)
+        return nil, nil, nil, nil, nil, nil, nil, one, nil, one, nil, one, nil
+    square = disc - d * d
+    hi = lo + length
+    start, end = _chord(lo, hi, square)
+    middle = real(0.5) * (start + end)
+    half = real(0.5) * (end - start)
+    y0 = disc * per_r2
+    near = half * real(0.33998104358485626)
+    far = half * real(0.8611363115940526)
+    more = half * real(0.6521451548625461)
+    less = half * real(0.34785484513745385)
+    s_a, t_a, f_a, g_a, h_a = _node(middle - far, less, square, per_r2, y0)
+    s_b, t_b, f_b, g_b, h_b = _node(middle - near, more, square, per_r2, y0)
+    s_c, t_c, f_c, g_c, h_c = _node(middle + near, more, square, per_r2, y0)
+    s_d, t_d, f_d, g_d, h_d = _node(middle + far, less, square, per_r2, y0)
+    y_lo = max((square - lo * lo) * per_r2, real(0.0))
+    y_hi = max((square - hi * hi) * per_r2, real(0.0))
+    drop = y_hi - y_lo
+    if y_lo > real(0.0) and y_hi > real(0.0):
+        drop = -length * (lo + hi) * per_r2
+    along = drop * (real(c2) * (y_lo + y_hi) + real(c3) * (y_lo * y_lo + y_lo * y_hi + y_hi * y_hi))  # noqa: F821 - bound below
+    cos, sin = _both_angles(d, lo, start, end, hi)
+    return (
+        s_a + s_b + s_c + s_d,
+        along,
+        -per_r2 * (t_a + t_b + t_c + t_d),
+        real(0.5) * d * (f_a + f_b + f_c + f_d),
+        real(0.5) * d * (g_a + g_b + g_c + g_d),
+        real(0.5) * d * (h_a + h_b + h_c + h_d),
+        end - start,
+        cos,
+        sin,
+        real(1.0),
+        real(0.0),
+        real(1.0),
+        real(0.0),
+    )
+
+
+@portable
+def polynomial_total(
+    q_1: real,
+    q_2: real,
+    q_3: real,
+    q_4: real,
+    angle_1: real,
+    angle_2: real,
+    angle_3: real,
+    z: real,
+    radius: real,
+    fold: real,
+    outside: real,
+    trace: real,
+):
+    """(F, F_z, F_zz); exactly 0 where the disc misses the triangle."""
+    r2 = radius * radius
+    y0 = (radius - z) * (radius + z) / r2
+    if y0 <= real(0.0) or (outside > real(0.0) and q_4 == real(0.0)):
+        return real(0.0), real(0.0), real(0.0)
+    turn = real(0.5) * r2 * angle_1
+    f = q_1 + turn * (real(c2) * real(THIRD) + real(0.25) * real(c3) * y0) * y0 * y0 * y0  # noqa: F821 - bound below
+    slope = -real(2.0) * (q_2 + turn * (real(c2) + real(c3) * y0) * y0 * y0) / r2  # noqa: F821
+    curve = real(4.0) * (q_3 + turn * (real(2.0) * real(c2) + real(3.0) * real(c3) * y0) * y0) / r2  # noqa: F821
+    return f, z * slope, slope + curve * (z / radius) * (z / radius)
+
+
+@portable
+def polynomial_point(r2: real, radius: real, fold: real):
+    """The kernel h and its first two derivatives in r^2."""
+    per_r2 = real(1.0) / (radius * radius)
+    y = max(real(1.0) - r2 * per_r2, real(0.0))
+    h = (real(c2) + real(c3) * y) * y * y  # noqa: F821 - bound below
+    slope = (real(2.0) * real(c2) + real(3.0) * real(c3) * y) * y  # noqa: F821
+    curve = real(2.0) * real(c2) + real(6.0) * real(c3) * y  # noqa: F821
+    return h, -per_r2 * slope, per_r2 * per_r2 * curve
+
+
+@portable
+def polynomial_far(away: real, size: real, radius: real):
+    """Points a side where all of a small triangle lies within the support: 16 are exact in degree 6."""
+    if math.sqrt(away) + size < radius and radius > real(4.0) * size:
+        return 4
+    return 0
+
+
+@portable
+def compact_gone(away: real, size: real, radius: real):
+    """Whether all of the triangle lies beyond the support."""
+    return math.sqrt(away) > radius + size
+
+
+# Metaball: u = r / R; h = 1 - 3 u^2 within u = 1/3, 3/2 (1 - u)^2 from there to u = 1.
+
+
+@portable
+def metaball_levels(u: real):
+    """H / R^2 (0 at u = 1), h and R^2 dh/d(r^2) of the Metaball."""
+    u2 = u * u
+    v = max(real(1.0) - u, real(0.0))
+    level = -real(0.125) * v * v * v * (real(1.0) + real(3.0) * u)
+    h = real(1.5) * v * v
+    slope = -real(1.5) * v / max(u, real(THIRD))
+    if real(3.0) * u <= real(1.0):
+        level = real(0.5) * u2 - real(0.75) * u2 * u2 - real(METABALL_CORE)
+        h = real(1.0) - real(3.0) * u2
+        slope = -real(3.0)
+    return level, h, slope
+
+
+@portable
+def _shell(d: real, start: real, end: real, z: real):
+    """The outer piece of the Metaball over start..end on an edge, in units of R.
+
+    Integrals over t of h and R^2 dh/d(r^2), and over the angle of H / R^2 and h but for terms in that angle and in
+    `view`, of which vectors follow.
+    """
+    length = end - start
+    if length <= real(0.0):
+        nil = real(0.0)
+        return nil, nil, nil, nil, real(1.0), nil, real(1.0), nil
+    lo = start
+    hi = end
+    if abs(start) > abs(end):
+        lo = -end
+        hi = -start
+    z2 = z * z
+    g2 = d * d + z2
+    r_lo = math.sqrt(g2 + lo * lo)
+    r_hi = math.sqrt(g2 + hi * hi)
+    log, _l, _r, _ll, _lr, _rr = newtonian_segment(lo, g2, length, real(0.0), real(0.0))
+    root = real(0.5) * (hi * r_hi - lo * r_lo + g2 * log)
+    square = length * (g2 + real(THIRD) * (lo * lo + lo * hi + hi * hi))
+    s = real(1.5) * (length - real(2.0) * root + square)
+    across = real(1.5) * (length - log)
+    # Integrals over the angle of u, u^2, u^3 and u^4, but for those terms.
+    u_3 = d * (root + z2 * log)
+    u_4 = d * (square + z2 * length)
+    f = real(0.75) * d * length - u_3 + real(0.375) * u_4
+    f_1 = real(1.5) * d * (length - real(2.0) * log)
+    turn_x, turn_y = _angle(d, lo, hi)
+    view_x, view_y, _rest_x, _rest_y = angles(d, lo, hi, z, g2)
+    return s, across, f, f_1, turn_x, turn_y, view_x, view_y
+
+
+@portable
+def metaball_edge(d: real, lo: real, length: real, z: real, radius: real, fold: real, outside: real):
+    """In units of R; the inner piece is a polynomial, so that the apices of the two cones never meet an edge."""
+    w = abs(z) / radius
+    if w >= real(1.0):
+        nil = real(0.0)
+        one = real(1.0)
+        return nil, nil, nil, nil, nil, nil, nil, one, nil, one, nil, one, nil
+    dist = d / radius
+    start = lo / radius
+    end = (lo + length) / radius
+    g2 = dist * dist + w * w
+    outer_start, outer_end = _chord(start, end, (real(1.0) - w) * (real(1.0) + w) - dist * dist)
+    inner_start, inner_end = _chord(outer_start, outer_end, (real(THIRD) - w) * (real(THIRD) + w) - dist * dist)
+    s, across, f, f_1, turn_x, turn_y, view_x, view_y = _shell(dist, outer_start, inner_start, w)
+    s_b, across_b, f_b, f_1b, turn_u, turn_v, view_u, view_v = _shell(dist, inner_end, outer_end, w)
+    inner = inner_end - inner_start
+    squares = inner * real(THIRD) * (inner_start * inner_start + inner_start * inner_end + inner_end * inner_end)
+    s += s_b + inner * (real(1.0) - real(3.0) * g2) - real(3.0) * squares
+    across += across_b - real(3.0) * inner
+    f += f_b + dist * (real(0.5) * inner - real(0.75) * (inner * (g2 + w * w) + squares))
+    f_1 += f_1b - real(3.0) * dist * inner
+    _level, h_lo, _slope = metaball_levels(math.sqrt(g2 + start * start))
+    _level, h_hi, _slope = metaball_levels(math.sqrt(g2 + end * end))
+    cos, sin = _both_angles(dist, start, inner_start, inner_end, end)
+    return (
+        radius * s,
+        h_hi - h_lo,
+        across / radius,
+        f,
+        f_1,
+        outer_end - outer_start,
+        real(0.0),
+        cos,
+        sin,
+        turn_x * turn_u - turn_y * turn_v,
+        turn_x * turn_v + turn_y * turn_u,
+        view_x * view_u - view_y * view_v,
+        view_x * view_v + view_y * view_u,
+    )
+
+
+@portable
+def metaball_total(
+    q_1: real,
+    q_2: real,
+    q_3: real,
+    q_4: real,
+    angle_1: real,
+    angle_2: real,
+    angle_3: real,
+    z: real,
+    radius: real,
+    fold: real,
+    outside: real,
+    trace: real,
+):
+    """(F, F_z, F_zz); exactly 0 where the disc misses the triangle.
+
+    The angles are those of the edges outside the inner disc, of their shells, and the shells' `view`.
+    """
+    if abs(z) >= radius or (outside > real(0.0) and q_3 == real(0.0)):
+        return real(0.0), real(0.0), real(0.0)
+    w = abs(z) / radius
+    w2 = w * w
+    level, h, slope = metaball_levels(w)
+    rise = w * (angle_2 - angle_3)
+    f = q_1 - level * angle_1 - w2 * rise
+    f -= real(0.125) * (real(1.0) - w2 * (real(6.0) + real(3.0) * w2)) * angle_2
+    f_1 = q_2 - h * angle_1 - real(3.0) * rise + real(1.5) * (real(1.0) + w2) * angle_2
+    f_2 = real(1.5) * (w2 * angle_2 - rise) - w2 * slope * angle_1
+    return radius * radius * f, z * f_1, f_1 + real(2.0) * f_2
+
+
+@portable
+def metaball_point(r2: real, radius: real, fold: real):
+    """The kernel h and its first two derivatives in r^2."""
+    u = math.sqrt(r2) / radius
+    per_r2 = real(1.0) / (radius * radius)
+    _level, h, slope = metaball_levels(u)
+    curve = real(0.0)
+    if real(3.0) * u > real(1.0) and u < real(1.0):
+        curve = real(0.75) / (u * u * u)
+    return h, per_r2 * slope, per_r2 * per_r2 * curve
+
+
+@portable
+def metaball_far(away: real, size: real, radius: real):
+    """Points a side where the triangle lies within the inner piece, of degree 2, or far out within the outer one."""
+    middle = math.sqrt(away)
+    if radius < real(4.0) * size:
+        return 0
+    if real(3.0) * (middle + size) < radius:
+        return 2
+    if middle > real(FAR) * size and real(3.0) * (middle - size) > radius and middle + size < radius:
+        return 6
+    return 0
+
+
+def _polynomial(c2, c3):
+    """The cell of h = c2 y^2 + c3 y^3."""
+    return cell(
+        polynomial_point.bind(c2=c2, c3=c3),
+        polynomial_edge.bind(c2=c2, c3=c3, _node=_node.bind(c2=c2, c3=c3)),
+        polynomial_total.bind(c2=c2, c3=c3),
+        polynomial_far,
+        compact_gone,
+    )
+
+
+register(Metaball, Triangle, cell(metaball_point, metaball_edge, metaball_total, metaball_far, compact_gone))
+register(Quartic, Triangle, _polynomial(1.0, 0.0))
+register(SoftObject, Triangle, _polynomial(SOFT_2, SOFT_3))

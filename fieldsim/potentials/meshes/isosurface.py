@@ -1,0 +1,446 @@
+"""Level surfaces of fields as closed triangle meshes.
+
+Marching tetrahedra, which leave neither holes nor edges of more than two faces, on cells that are as fine as each part
+of the surface takes: where a skeleton lies within the surface its distance from it tells how fine (`_seeds`); around
+it the kernels' widths do (`_widths`), so that hollows and what several elements build up together are seen, too; and
+from there on cells follow the surface to the size or the tolerance asked for. Vertices end on the true surface.
+"""
+
+import functools
+
+import numpy as np
+import warp as wp
+
+from fieldsim import validate
+from fieldsim.errors import InputError
+from fieldsim.launch import launch
+from fieldsim.potentials import registry
+from fieldsim.potentials.bounds.distance import DISTANCES
+from fieldsim.potentials.bounds.reach import reach, scale
+from fieldsim.potentials.meshes.mesh import TriangleMesh
+from fieldsim.potentials.meshes.tetrahedra import HALVINGS, MOST, Tetrahedra
+from fieldsim.potentials.primitives.arc import Arc
+from fieldsim.potentials.primitives.circle import Circle
+from fieldsim.potentials.primitives.face import Face
+from fieldsim.potentials.primitives.plane import Plane
+from fieldsim.potentials.primitives.point import Point
+from fieldsim.potentials.primitives.triangle import Triangle
+
+# Cells along the longest side: unless told, and at most.
+RESOLUTION = 64
+FINEST = 512
+# A surface cuts about so many tetrahedra for each square of the cells' size that it is large.
+CUT = 12.0
+# About so many cells lie around a seed of a surface and of a curve.
+AROUND = (10, 60)
+# Where a skeleton leaves the surface, parts less deep than this share of the deepest are left to the cells around.
+EDGE = 1 / 16
+# How much thinner than its element's own width a part may be.
+THINNEST = 1e-6
+# Cells near an element are no larger than so many times the length over which its field changes.
+WIDTHS = 2.5
+# Among so many elements that overlap without any reaching the level is the level shared.
+SHARED = 8
+# Longest edges at a resolution, in its cells, and bisections ahead of a new look at the distances.
+CELL = 3.0
+MORE = 4
+# Heights are clipped here: a bare skeleton's field is infinite.
+HIGHEST = 10.0
+# Rounds in which vertices are spread evenly over the surface, and steps onto it.
+ROUNDS = 3
+STEPS = 40
+# When a vertex is on the surface, in sizes of its cell.
+CLOSE = 1e-13
+# Three directions that are no axes.
+_WAYS = np.array([(2, 2, 1), (-2, 1, 2), (1, -2, 2)]) / 3.0
+
+
+def level_mesh(field, level: float, *, resolution=None, tolerance=None) -> TriangleMesh:
+    """The surface field = level as a closed mesh, its normals towards smaller values.
+
+    resolution: grid cells along the longest side of the surface; tolerance: greatest distance of the mesh from the
+    surface, for which cells are refined until it holds at the middle of every face and edge. Smaller parts are found by
+    the skeleton within them and get finer cells. Raises InputError where there is no surface, where it has no end, and
+    for what takes more than two million cells.
+    """
+    level = validate.number("mesh", "level", level, above=0.0)
+    tolerance = validate.optional(validate.number, "mesh", "tolerance", tolerance, above=0.0)
+    registry = RESOLUTION if resolution is None else resolution
+    registry = validate.whole("mesh", "resolution", registry, at_least=4, at_most=FINEST)
+    if resolution is not None and tolerance is not None:
+        raise InputError("mesh: resolution and tolerance are both given; give one of them")
+    surface = _Surface(field, level)
+    if tolerance is None:
+        return surface.with_cells(registry)
+    return surface.within(tolerance)
+
+
+class _Surface:
+    """The surface field = level, and the lattice in which all its parts were found."""
+
+    def __init__(self, field, level):
+        self._field, self._level = field, level
+        elements = field.elements.scaled(1.0 / level)
+        low, high = _box(elements, level)
+        side = 1.01 * float(np.max(high - low))
+        if not side > 0.0:
+            raise InputError(
+                f"mesh: the field stays below {level:g}, or its surface is a point to rounding; lower the level"
+            )
+        seeds, self._depths = _seeds(elements, self._height, side)
+        self._lattice = Tetrahedra(0.5 * (low + high - side), side, self._height, seeds)
+        self._find(_widths(elements))
+
+    def _height(self, points):
+        return np.clip(self._field.value(points) / self._level - 1.0, -1.0, HIGHEST)
+
+    def _find(self, widths):
+        lattice = self._lattice
+        wanted = np.ones(1, dtype=bool)
+        while wanted.any():
+            # Halves have the bound of their whole until they are asked about.
+            asked = np.flatnonzero(lattice.sizes > WIDTHS * lattice.widths)
+            if len(asked):
+                corners = lattice.places(lattice.points[lattice.corners[asked]])
+                centers = corners.mean(axis=1)
+                radii = np.linalg.norm(corners - centers[:, None], axis=2).max(axis=1)
+                lattice.widths[asked] = widths(centers, radii)
+            wanted = lattice.sizes > WIDTHS * lattice.widths
+            # A seed lies within the surface, so that a corner of its cell does, too.
+            unseen = (lattice.heights < 0.0)[lattice.corners].all(axis=1)[lattice.seed_cells]
+            unseen |= lattice.sizes[lattice.seed_cells] > 0.9 * self._depths
+            wanted[lattice.seed_cells[unseen]] = True
+            lattice.refine(wanted)
+        if not lattice.cut.any():
+            raise _nothing(self._level)
+
+    def with_cells(self, resolution) -> TriangleMesh:
+        """The mesh on cells of a share of its longest side, or smaller ones."""
+        lattice = self._lattice
+        edges, faces, _ = lattice.surface()
+        points = self._crossings(edges)
+        cell = np.max(np.ptp(points, axis=0)) / resolution
+        a, b, c = np.moveaxis(points[faces], 1, 0)
+        count = CUT * 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / cell**2
+        if count > MOST:
+            raise InputError(
+                f"mesh: resolution is {resolution}, for which this surface takes about {count:,.0f} cells, more than "
+                f"{MOST:,}; give at most {int(resolution * np.sqrt(MOST / count))}"
+            )
+        while (wanted := lattice.cut & (lattice.sizes > CELL * cell)).any():
+            lattice.refine(wanted)
+        edges, faces, _ = lattice.surface()
+        return closed(self._spread(edges, faces, self._crossings(edges)), faces)
+
+    def within(self, tolerance) -> TriangleMesh:
+        """The mesh on cells that are refined until it is within the tolerance."""
+        lattice = self._lattice
+        while True:
+            edges, faces, owner = lattice.surface()
+            points = self._crossings(edges)
+            error = self._distances(points[faces])
+            bad = error > tolerance
+            if not bad.any():
+                points = self._spread(edges, faces, points)
+                error = self._distances(points[faces])
+                bad = error > tolerance
+            if not bad.any():
+                return closed(points, faces)
+            # The error of a chord falls with its square, and three bisections halve a cell.
+            more = np.clip(np.ceil(1.5 * np.log2(error[bad] / tolerance)), 1, 3 * HALVINGS).astype(int)
+            np.maximum.at(lattice.goals, owner[bad], lattice.levels[owner[bad]] + more)
+            # Each bisection parts a surface's cells by 2^(2/3).
+            count = np.sum(2.0 ** (np.maximum(lattice.goals - lattice.levels, 0)[lattice.cut] / 1.5))
+            if count > MOST:
+                raise InputError(
+                    f"mesh: tolerance is {tolerance:g}, for which this surface takes about {count:,.0f} cells, more "
+                    f"than {MOST:,}; give a larger one"
+                )
+            lattice.goals = np.minimum(lattice.goals, lattice.levels + MORE)
+            while (wanted := lattice.cut & (lattice.levels < lattice.goals)).any():
+                lattice.refine(wanted)
+
+    def _crossings(self, edges):
+        """Where the surface cuts edges (E, 2) of the lattice, (E, 3): the Illinois method."""
+        lattice = self._lattice
+        start, end = np.moveaxis(lattice.places(lattice.points[edges]), 1, 0)
+        f_low, f_high = lattice.heights[edges].T.copy()
+        low, high = np.zeros(len(edges)), np.ones(len(edges))
+        found, side = np.full(len(edges), 0.5), np.zeros(len(edges))
+        active = np.arange(len(edges))
+        for _ in range(STEPS):
+            i = active
+            found[i] = low[i] + (high[i] - low[i]) * f_low[i] / (f_low[i] - f_high[i])
+            value = self._height(start[i] + found[i, None] * (end[i] - start[i]))
+            inside = value >= 0.0
+            f_high[i] *= np.where(inside & (side[i] > 0), 0.5, 1.0)
+            f_low[i] *= np.where(~inside & (side[i] < 0), 0.5, 1.0)
+            side[i] = np.where(inside, 1.0, -1.0)
+            low[i], f_low[i] = np.where(inside, found[i], low[i]), np.where(inside, value, f_low[i])
+            high[i], f_high[i] = np.where(inside, high[i], found[i]), np.where(inside, f_high[i], value)
+            active = i[(np.abs(value) > CLOSE) & (high[i] - low[i] > CLOSE)]
+            if not len(active):
+                break
+        return start + found[:, None] * (end - start)
+
+    def _spread(self, edges, faces, points):
+        """Vertices (E, 3), where the surface cuts edges, spread evenly over it."""
+        ends = self._lattice.places(self._lattice.points[edges])
+        sizes = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+        points = self._onto(points, points, sizes)
+        around = np.bincount(faces.ravel(), minlength=len(points))[:, None]
+        for _ in range(ROUNDS):
+            corners = points[faces]
+            others = (corners.sum(axis=1, keepdims=True) - corners).reshape(-1, 3)
+            sums = [np.bincount(faces.ravel(), weights=others[:, k], minlength=len(points)) for k in range(3)]
+            middles = np.stack(sums, axis=1) / (2 * around)
+            points = self._onto(0.5 * (points + middles), points, sizes)
+        return points
+
+    def _onto(self, points, instead, sizes):
+        """Points moved along the gradient onto the surface; where they do not arrive within their size, `instead`."""
+        origin, points = points, points.copy()
+        arrived = np.zeros(len(points), dtype=bool)
+        active = np.arange(len(points))
+        for _ in range(STEPS):
+            step = self._step(points[active])
+            length = np.linalg.norm(step, axis=1)
+            near = np.isfinite(length)
+            step[~near] = 0.0
+            most = 0.5 * sizes[active]
+            step *= np.divide(most, length, out=np.ones(len(length)), where=length > most)[:, None]
+            points[active] += step
+            near &= np.linalg.norm(points[active] - origin[active], axis=1) <= sizes[active]
+            done = length <= CLOSE * sizes[active]
+            arrived[active[near & done]] = True
+            active = active[near & ~done]
+            if not len(active):
+                break
+        return np.where(arrived[:, None], points, instead)
+
+    def _step(self, points):
+        """Newton's step towards the surface, (N, 3), for log F where that is one; infinite where there is no slope."""
+        value, gradient = self._field.value_and_gradient(points)
+        ratio = value / self._level
+        with np.errstate(all="ignore"):
+            miss = np.where(ratio > 0.0, -np.log(ratio) * ratio, 1.0 - ratio) * self._level
+            step = (miss / np.einsum("ij,ij->i", gradient, gradient))[:, None] * gradient
+        return np.where(np.isfinite(step).all(axis=1, keepdims=True), step, np.inf)
+
+    def _distances(self, corners):
+        """How far the middles of faces and of their edges (F, 3, 3) are from the surface, to first order, (F,)."""
+        middles = [corners.mean(axis=1), *(0.5 * (corners[:, k] + corners[:, k - 1]) for k in range(3))]
+        farthest = np.max([np.linalg.norm(self._step(points), axis=1) for points in middles], axis=0)
+        # No farther than a corner, which is on it.
+        return np.minimum(farthest, np.linalg.norm(corners - corners[:, [1, 2, 0]], axis=2).max(axis=1))
+
+
+def _nothing(level):
+    return InputError(f"mesh: the field stays below {level:g} at and around its skeleton; give a lower level")
+
+
+def closed(points, faces):
+    """The mesh, whose every edge has two faces that run along it in opposite directions."""
+    sides = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
+    there, back = (np.sort(pair @ (len(points), 1)) for pair in (sides, sides[:, ::-1]))
+    if (there != back).any() or (there[1:] == there[:-1]).any():
+        raise InputError("mesh: the surface could not be closed; give another resolution or tolerance")
+    return TriangleMesh(points, faces)
+
+
+def _box(elements, level):
+    """Corners of a box around the surface F = 1: outside it every element stays below its share."""
+    low, high = np.full((2, len(elements), 3), np.nan)
+    positive = elements.rows[:, registry.STRENGTH] > 0.0
+    far = np.zeros(len(elements))
+    for cell, which in registry.parts_of(elements.kinds):
+        rows, primitive = elements.rows[which], cell.primitive
+        if primitive is Plane:
+            raise InputError("mesh: a plane has no end; clip it with a triangle, or leave it out")
+        if issubclass(primitive, Arc | Circle):
+            half = rows[:, registry.SIZE, None] * np.sqrt(np.maximum(0.0, 1.0 - rows[:, 17:20] ** 2))
+            low[which], high[which] = rows[:, 5:8] - half, rows[:, 5:8] + half
+        else:
+            corners = rows[:, registry.POSITIONS].reshape(-1, 3, 3)[:, : _CORNERS[_shape(primitive)]]
+            low[which], high[which] = corners.min(axis=1), corners.max(axis=1)
+        if primitive is Face:
+            # A solid's pull is that of its mass, at no less than the distance from it.
+            a, b, c = np.moveaxis(
+                rows[:, registry.POSITIONS].reshape(-1, 3, 3) - (rows[:, 5:8] + rows[:, 14:17])[:, None], 1, 0
+            )
+            volume = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0
+            far[which] = len(elements) * max(0.0, float(np.sum(rows[:, registry.STRENGTH] * volume)))
+        else:
+            far[which] = reach(rows, elements.kinds[which], 1.0 / len(elements))
+    if not positive.any():
+        raise _nothing(level)
+    return (low - far[:, None])[positive].min(axis=0), (high + far[:, None])[positive].max(axis=0)
+
+
+# Points, curves, surfaces: how many corners their positions are.
+_CORNERS = (1, 2, 3)
+
+
+def _shape(primitive):
+    return 0 if primitive is Point else 2 if primitive in (Triangle, Face) else 1
+
+
+@functools.cache
+def _primitive(kind):
+    return next(cell.primitive for cell in registry.CELLS.values() if cell.kind == kind)
+
+
+def _lengths(elements, side):
+    """Lengths (N,) over which elements' fields vary, and within which each alone has its surface F = 1."""
+    width, own = np.full(len(elements), side), np.full(len(elements), side)
+    for cell, which in registry.parts_of(elements.kinds):
+        if cell.primitive is not Face:
+            width[which] = np.minimum(scale(elements.rows[which], elements.kinds[which]), side)
+            own[which] = reach(elements.rows[which], elements.kinds[which], 1.0)
+    return width, own
+
+
+def _seeds(elements, height, side):
+    """Points (S, 3) of the skeleton within the surface, about as close as they are deep, and their depths (S,).
+
+    Pieces of the skeleton are halved until their middles lie outside, or deeper than the piece is long.
+    """
+    width, own = _lengths(elements, side)
+    pieces = _pieces(elements)
+    deepest = np.zeros(len(elements))
+    found, depths, count = [np.zeros((0, 3))], [np.zeros(0)], 0
+    while len(pieces[0]):
+        which, corners = pieces
+        places = _places(elements, which, corners.mean(axis=1))
+        inside = height(places) >= 0.0
+        most = 2.0 * np.maximum(width, own)[which[inside]]
+        enough = width[which].copy()
+        enough[inside] = _depths(height, places[inside], most)
+        ends = [_places(elements, which, corners[:, k]) for k in range(3)]
+        np.maximum.at(deepest, which[inside], enough[inside])
+        # Where the skeleton leaves the surface it is as thin as one looks, and belongs to what is deeper.
+        leaving = inside & (height(np.concatenate(ends)) < 0.0).reshape(3, -1).any(axis=0)
+        leaving &= enough < EDGE * deepest[which]
+        enough[leaving] = EDGE * deepest[which[leaving]]
+        found.append(places[inside & ~leaving])
+        depths.append(enough[inside & ~leaving])
+        flat = np.array([_shape(_primitive(kind)) == 2 for kind in elements.kinds[which[inside]]], dtype=bool)
+        count += np.sum(np.where(flat, *AROUND))
+        if count > MOST or len(which) > MOST:
+            thin = f" of about {min(map(np.min, filter(len, depths))):.3g}" if any(map(len, depths)) else ""
+            raise InputError(
+                f"mesh: the surface is too thin{thin} for the length of its skeleton; give a lower level, or mesh less"
+            )
+        size = np.max([np.linalg.norm(ends[k] - ends[k - 1], axis=1) for k in range(3)], axis=0)
+        pieces = _halves(elements, which[size > enough], corners[size > enough])
+    return np.concatenate(found), np.concatenate(depths)
+
+
+def _pieces(elements):
+    """Pieces of all elements of positive strength: which element (P,), and parameters of three corners (P, 3, 2)."""
+    which, corners = [], []
+    for index, (row, kind) in enumerate(zip(elements.rows, elements.kinds, strict=True)):
+        if row[registry.STRENGTH] > 0.0:
+            # A whole turn would begin and end at the same place.
+            parts = 8 if issubclass(_primitive(kind), Arc | Circle) else 1
+            for k in range(parts):
+                which.append(index)
+                u, v = k / parts, (k + 1) / parts
+                flat = _shape(_primitive(kind)) == 2
+                corners.append(((0, 0), (1, 0), (0, 1)) if flat else ((u, 0), (v, 0), (0.5 * (u + v), 0)))
+    return np.array(which, dtype=np.int64), np.array(corners, dtype=float).reshape(-1, 3, 2)
+
+
+def _halves(elements, which, corners):
+    """Curves in halves, triangles in quarters."""
+    flat = np.array([_shape(_primitive(kind)) == 2 for kind in elements.kinds[which]], dtype=bool)
+    a, b, c = np.moveaxis(corners, 1, 0)
+    ab, bc, ca = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)
+    quarters = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+    halves = [(a, c, 0.5 * (a + c)), (c, b, 0.5 * (c + b))]
+    parts = [np.stack(q, axis=1)[flat] for q in quarters] + [np.stack(h, axis=1)[~flat] for h in halves]
+    return np.concatenate([which[flat]] * 4 + [which[~flat]] * 2), np.concatenate(parts)
+
+
+def _places(elements, which, parameters):
+    """Points (P, 3) of the elements `which` at parameters (P, 2) from 0 to 1."""
+    rows, result = elements.rows[which], np.empty((len(which), 3))
+    for cell, where in registry.parts_of(elements.kinds[which]):
+        part, (u, v) = rows[where], parameters[where].T[:, :, None]
+        if issubclass(cell.primitive, Arc | Circle):
+            start, turn = part[:, 14:17], u * part[:, registry.ANGLE, None]
+            around = np.cos(turn) * start + np.sin(turn) * np.cross(part[:, 17:20], start)
+            result[where] = part[:, 5:8] + part[:, registry.SIZE, None] * around
+            continue
+        shape, start = _shape(cell.primitive), part[:, 5:8]
+        result[where] = start
+        if shape > 0:
+            result[where] += u * (part[:, 8:11] - start)
+        if shape > 1:
+            result[where] += v * (part[:, 11:14] - start)
+    return result
+
+
+def _depths(height, points, most):
+    """About how far the surface is from points within it, (S,), at most `most` (S,), from six directions."""
+    ways = np.concatenate([_WAYS, -_WAYS])
+    low, high = np.broadcast_to(most[:, None] * (THINNEST, 1.0), (len(most), 2)).T[..., None] * np.ones(6)
+    for _ in range(8):
+        middle = np.sqrt(low * high)
+        places = points[:, None] + middle[..., None] * ways
+        inside = height(places.reshape(-1, 3)).reshape(middle.shape) >= 0.0
+        low, high = np.where(inside, middle, low), np.where(inside, high, middle)
+    return low.min(axis=1, initial=np.inf)
+
+
+def _widths(elements):
+    """A function: the smallest length over which a field near to any of the balls (n, 3), (n,) varies, (n,)."""
+    width, _ = _lengths(elements, np.inf)
+    far = np.zeros(len(elements))
+    for cell, which in registry.parts_of(elements.kinds):
+        if cell.primitive in DISTANCES:
+            far[which] = reach(elements.rows[which], elements.kinds[which], 1.0 / min(len(elements), SHARED))
+    near = (far > 0.0) & np.isfinite(width)
+    if not near.any():
+        return lambda centers, radii: np.full(len(centers), np.inf)
+    kinds = elements.kinds[near]
+    kernel = _width_kernel(tuple(np.unique(kinds).tolist()))
+    tables = [wp.array(a, dtype=wp.float64, device="cpu") for a in (elements.rows[near], far[near], width[near])]
+    numbers = wp.array(kinds, dtype=wp.int32, device="cpu")
+
+    def around(centers, radii):
+        found = wp.empty(len(centers), dtype=wp.float64, device="cpu")
+        balls = wp.array(centers, dtype=wp.vec3d, device="cpu"), wp.array(radii, dtype=wp.float64, device="cpu")
+        launch(kernel, len(centers), [*balls, *tables, numbers], [found], device="cpu")
+        return found.numpy()
+
+    return around
+
+
+@functools.cache
+def _width_kernel(kinds_used):
+    """The Warp kernel of `_widths`."""
+    chart = {cell.kind: DISTANCES[cell.primitive] for cell in registry.CELLS.values() if cell.kind in kinds_used}
+    distance = registry.by_kind(chart).warp(wp.float64)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def smallest_width(
+        start: int,
+        centers: wp.array(dtype=wp.vec3d),
+        radii: wp.array(dtype=wp.float64),
+        rows: wp.array(dtype=wp.float64, ndim=2),
+        far: wp.array(dtype=wp.float64),
+        width: wp.array(dtype=wp.float64),
+        kinds: wp.array(dtype=wp.int32),
+        found: wp.array(dtype=wp.float64),
+    ):
+        i = start + wp.tid()
+        p = centers[i]
+        least = wp.float64(wp.inf)
+        for k in range(kinds.shape[0]):
+            if width[k] < least:
+                if distance(p[0], p[1], p[2], rows, kinds, k) - radii[i] < far[k]:
+                    least = width[k]
+        found[i] = least
+
+    return smallest_width

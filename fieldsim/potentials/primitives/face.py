@@ -1,0 +1,61 @@
+"""Faces of a solid's surface: what is within is the source."""
+
+import dataclasses
+
+import numpy as np
+
+from fieldsim import validate
+from fieldsim.errors import InputError
+from fieldsim.potentials import registry
+from fieldsim.potentials.primitives.base import Primitive
+from fieldsim.potentials.primitives.triangle import Triangle
+
+
+@dataclasses.dataclass(frozen=True)
+class Face(Primitive):
+    """One flat face of a closed surface, right-handed about the outside; a sum over all its faces is a solid's field.
+
+    Alone it has no meaning. All faces of a solid share `center`, any point near its middle, and `reach`, about the
+    distance of its farthest corner; otherwise their sum is not the solid's field. Its measure is the (signed) volume
+    between it and the centre, so that the measures of all faces add up to the solid's volume.
+    It takes the Newtonian kernel without softening (a solid's field is finite everywhere).
+    """
+
+    a: tuple[float, float, float]
+    b: tuple[float, float, float]
+    c: tuple[float, float, float]
+    center: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    reach: float = 1.0
+
+    dimension = 3
+    points = ("a", "b", "c", "center")
+
+    def _checked(self):
+        try:
+            triangle = Triangle(self.a, self.b, self.c)
+        except InputError as reason:
+            raise InputError(str(reason).replace("Triangle:", "Face:").replace(", or use Segment", "")) from None
+        return {
+            "a": triangle.a,
+            "b": triangle.b,
+            "c": triangle.c,
+            "center": validate.vector("Face", "center", self.center),
+            "reach": validate.number("Face", "reach", self.reach, above=0.0),
+        }
+
+    @property
+    def measure(self) -> float:
+        """The volume between the face and the centre, negative where the centre lies outside the face's plane."""
+        a, b, c = np.array([self.a, self.b, self.c]) - self.center
+        return float(np.dot(a, np.cross(b, c)) / 6.0)
+
+    def pack(self, row):
+        """Write size, reach, corners, the offset of the centre from a, and the normal into an element row."""
+        if row[registry.KERNEL] != 0.0:
+            raise InputError(
+                f"Face: the kernel has softening {row[registry.KERNEL]:g}; a solid takes Newtonian() without softening"
+            )
+        triangle = Triangle(self.a, self.b, self.c)
+        triangle.pack(row)
+        row[registry.ANGLE] = self.reach
+        row[14:17] = np.subtract(self.center, self.a)

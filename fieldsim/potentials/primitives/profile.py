@@ -1,0 +1,130 @@
+"""Profiles: a factor along a segment or an arc that swells and thins the surface around it (Sherstyuk 1999, 3.3.4).
+
+The factor p(u) on the field depends on the query point's own place along the primitive: u runs from 0 at the start to
+1 at the end, by arc length for the nearest point of a segment, by angle around the axis for an arc, and stays 0 or 1
+beyond the ends. It is no density: the field is F = p(u(x)) * (the primitive's field at x), as smooth as that but
+
+- on the planes across the ends: continuous there, its gradient only where p'(0) = p'(1) = 0 (`sine`, `constant`);
+- on a hat's middle plane: continuous;
+- for an arc, on its axis and on the half-plane opposite its middle (for a full turn: through its start), where u jumps:
+  a jump unless p(0) = p(1). On the axis itself u = 1/2.
+
+Value, gradient and Hessian are those of the product; on the planes above derivatives of u count as 0.
+"""
+
+import dataclasses
+
+from fieldsim import validate
+from fieldsim.errors import InputError
+from fieldsim.potentials import registry
+from fieldsim.potentials.primitives.arc import Arc
+from fieldsim.potentials.primitives.segment import Segment
+
+SHAPES = ("along", "hat", "sine")
+# What a row holds, and enough: in powers of u a wave of degree 12 between -1 and 1 (Chebyshev's) has coefficients up to
+# 2e8, whose sum is good to 1e-7 only; more of them would say less.
+DEGREE = 12
+
+
+@dataclasses.dataclass(frozen=True)
+class Profile:
+    """p(u) = sum of coefficients[k] s^k, s = u ("along"), 1 - |2 u - 1| ("hat") or sin^2(pi u) ("sine").
+
+    Up to 13 coefficients; p is accurate to rounding of its largest term. Raises InputError for another shape, more
+    coefficients, or none that are finite.
+    """
+
+    coefficients: tuple[float, ...]
+    shape: str = "along"
+
+    def __post_init__(self):
+        validate.choice("Profile", "shape", self.shape, SHAPES)
+        remedy = f"give a list of 1 to {DEGREE + 1} numbers"
+        given = validate.listed("Profile", "coefficients", self.coefficients, remedy)
+        if not 1 <= len(given) <= DEGREE + 1:
+            raise InputError(f"Profile: coefficients has {len(given)} numbers; {remedy}")
+        validate.numbers("Profile", "coefficients", self.coefficients, shape=(None,), remedy=remedy)
+        checked = tuple(validate.number("Profile", f"coefficients[{k}]", c) for k, c in enumerate(given))
+        object.__setattr__(self, "coefficients", checked)
+
+    def pack(self, row) -> None:
+        """Write shape and coefficients into an element row."""
+        row[registry.OWN] = 0.0
+        row[20:22] = SHAPES.index(self.shape), len(self.coefficients) - 1
+        row[22 : 22 + len(self.coefficients)] = self.coefficients
+
+
+def constant(factor=1.0) -> Profile:
+    """The same factor everywhere."""
+    return Profile((validate.number("constant", "factor", factor),))
+
+
+def linear(start=0.0, end=1.0) -> Profile:
+    """From `start` evenly to `end`."""
+    start, end = validate.number("linear", "start", start), validate.number("linear", "end", end)
+    return Profile((start, end - start))
+
+
+def hat(ends=0.0, middle=1.0) -> Profile:
+    """From `ends` evenly up to `middle` and down again."""
+    ends, middle = validate.number("hat", "ends", ends), validate.number("hat", "middle", middle)
+    return Profile((ends, middle - ends), "hat")
+
+
+def sine(ends=0.0, middle=1.0) -> Profile:
+    """The factor ends + (middle - ends) sin^2(pi u)."""
+    ends, middle = validate.number("sine", "ends", ends), validate.number("sine", "middle", middle)
+    return Profile((ends, middle - ends), "sine")
+
+
+def polynomial(*coefficients) -> Profile:
+    """The factor c0 + c1 u + c2 u^2 + ..., up to u^12."""
+    return Profile(tuple(validate.number("polynomial", f"coefficients[{k}]", c) for k, c in enumerate(coefficients)))
+
+
+@dataclasses.dataclass(frozen=True)
+class ProfiledSegment(Segment):
+    """A segment whose field is multiplied by a profile along it."""
+
+    carries_mass = False
+    profile: Profile = Profile((1.0,))
+
+    def _checked(self):
+        return {**super()._checked(), "profile": _profile(self)}
+
+    def pack(self, row):
+        """Write the segment and its profile into an element row."""
+        super().pack(row)
+        self.profile.pack(row)
+
+
+@dataclasses.dataclass(frozen=True)
+class ProfiledArc(Arc):
+    """An arc whose field is multiplied by a profile along it."""
+
+    carries_mass = False
+    profile: Profile = Profile((1.0,))
+
+    def _checked(self):
+        return {**super()._checked(), "profile": _profile(self)}
+
+    def pack(self, row):
+        """Write the arc and its profile into an element row."""
+        super().pack(row)
+        self.profile.pack(row)
+
+
+def profiled(primitive, profile: Profile) -> ProfiledSegment | ProfiledArc:
+    """A Segment or an Arc with a profile along it."""
+    for plain, kind in ((Segment, ProfiledSegment), (Arc, ProfiledArc)):
+        if type(primitive) is plain:
+            validate.instance("profiled", "profile", profile, Profile, "give one such as fs.profile.linear(1, 0)")
+            values = {field.name: getattr(primitive, field.name) for field in dataclasses.fields(primitive)}
+            return kind(**values, profile=profile)
+    remedy = "give a fs.Segment or a fs.Arc (an Arc of 2 pi for a Circle)"
+    raise InputError(f"profiled: primitive is {validate.shown(primitive)}, which has no profiles; {remedy}")
+
+
+def _profile(primitive):
+    remedy = "give one such as fs.profile.linear(1, 0)"
+    return validate.instance(type(primitive).__name__, "profile", primitive.profile, Profile, remedy)

@@ -270,7 +270,7 @@ def test_a_part_that_is_shown_again_and_again_has_its_limit(tmp_path, monkeypatc
 
     (tmp_path / "a.glb").write_bytes(glb(change))
     assert len(readers.read(str(tmp_path / "a.glb"))[1]) == 40
-    monkeypatch.setattr(files, "MOST_TRIANGLES", 39)
+    monkeypatch.setattr(readers, "MOST_TRIANGLES", 39)
     with pytest.raises(fs.InputError, match="shows more than 39 triangles"):
         fs.mesh(tmp_path / "a.glb")
 
@@ -283,7 +283,7 @@ def test_parts_without_triangles_have_a_limit_too(tmp_path, monkeypatch, part):
         tree["nodes"] = [{"mesh": 0} for _ in range(10)]
         tree["scenes"] = [{"nodes": list(range(10))}]
 
-    monkeypatch.setattr(files, "MOST_PARTS", 99)
+    monkeypatch.setattr(readers, "MOST_PARTS", 99)
     (tmp_path / "a.glb").write_bytes(glb(change))
     with pytest.raises(fs.InputError, match="shows more than 99 parts"):
         fs.mesh(tmp_path / "a.glb")

@@ -68,11 +68,12 @@ from fieldsim.render.camera import Camera
 from fieldsim.render.image import Renderer, render
 from fieldsim.render.video import Film
 from fieldsim.scenario import Scenario, load
-from fieldsim.world.body import Body, Particles
+from fieldsim.world.body import Body
 from fieldsim.world.contact import Absorb, Bounce, Repulsion, Status
 from fieldsim.world.light import Background, DirectionalLight, Fog, PointLight
 from fieldsim.world.material import Material
 from fieldsim.world.motion import Keyframes, Pose, Spin, timeline
+from fieldsim.world.particles import Particles
 from fieldsim.world.rig import Bone, Rig
 from fieldsim.world.rigid import Rigid
 from fieldsim.world.shapes import Ball, Box, Capsule, Cylinder, Ellipsoid, Ground, ShapeGroup, TriangleSurface

@@ -13,11 +13,12 @@ from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.potentials import registry
 from fieldsim.potentials.field import Field
 from fieldsim.potentials.meshes.mesh import TriangleMesh
-from fieldsim.world.body import Body, Particles
+from fieldsim.world.body import Body
 from fieldsim.world.color import color_rgb
 from fieldsim.world.light import DEFAULT_LIGHTS, Background, Fog, Light
 from fieldsim.world.material import Material
 from fieldsim.world.motion import IDENTITY, Pose
+from fieldsim.world.particles import Particles
 from fieldsim.world.shapes import PLAIN, ShapeGroup, Solids, checked_poses, joined
 
 

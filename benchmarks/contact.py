@@ -6,7 +6,7 @@ import numpy as np
 
 from benchmarks.motion import CLAY, DONUT, DT
 from fieldsim import sampling
-from fieldsim.dynamics.integrators import Leapfrog
+from fieldsim.dynamics.integrators.splittings import Leapfrog
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.launch import THREADS
 from fieldsim.potentials.field import Field

@@ -4,7 +4,7 @@ import time
 
 import numpy as np
 
-from fieldsim.dynamics.integrators import BlanesMoan6, Leapfrog, Omelyan4, Omelyan6
+from fieldsim.dynamics.integrators.splittings import BlanesMoan6, Leapfrog, Omelyan4, Omelyan6
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.launch import THREADS
 from fieldsim.potentials.kernels import Newtonian

@@ -6,10 +6,10 @@ import pathlib
 
 import numpy as np
 
-from fieldsim.dynamics.contact import SLOW
-from fieldsim.dynamics.energy_log import LOST
-from fieldsim.dynamics.integrators import Splitting
-from fieldsim.dynamics.touch import TOLERANCE
+from fieldsim.dynamics.contact.gap import TOLERANCE
+from fieldsim.dynamics.contact.response import SLOW
+from fieldsim.dynamics.diagnostics.energy_log import LOST
+from fieldsim.dynamics.integrators.splittings import Splitting
 from fieldsim.dynamics.trials import AHEAD, SAMPLE
 
 DOCS = pathlib.Path(__file__).parents[1] / "docs"

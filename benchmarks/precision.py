@@ -10,8 +10,8 @@ import time
 import numpy as np
 
 from benchmarks import motion_page, rebound_peer
-from fieldsim.dynamics.integrators import Splitting
-from fieldsim.dynamics.radau import Radau
+from fieldsim.dynamics.integrators.splittings import Splitting
+from fieldsim.dynamics.radau.radau import Radau
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.potentials.kernels import Newtonian
 from fieldsim.potentials.primitives.circle import Circle

@@ -6,15 +6,10 @@
 from fieldsim import plots, sampling
 from fieldsim.cli import main
 from fieldsim.dynamics.auto import Auto, Choice
-from fieldsim.dynamics.diagnostics import (
-    Energy,
-    angular_momentum,
-    common_spin,
-    energy,
-    jacobi,
-)
-from fieldsim.dynamics.energy_log import EnergyLog, EnergyReport
-from fieldsim.dynamics.integrators import (
+from fieldsim.dynamics.diagnostics.energy_log import EnergyLog, EnergyReport
+from fieldsim.dynamics.diagnostics.invariants import Energy, angular_momentum, common_spin, energy, jacobi
+from fieldsim.dynamics.diagnostics.totals import Drift
+from fieldsim.dynamics.integrators.splittings import (
     BlanesMoan4,
     BlanesMoan6,
     BlanesMoan6B,
@@ -30,11 +25,8 @@ from fieldsim.dynamics.integrators import (
     Splitting,
     Suzuki4,
 )
-from fieldsim.dynamics.lyapunov import Lyapunov, lyapunov
-from fieldsim.dynamics.radau import Radau
-from fieldsim.dynamics.section import Crossings, Section, poincare
+from fieldsim.dynamics.radau.radau import Radau
 from fieldsim.dynamics.simulation import Simulation
-from fieldsim.dynamics.totals import Drift
 from fieldsim.errors import (
     DeviceError,
     FieldsimError,
@@ -46,6 +38,8 @@ from fieldsim.errors import (
     ScenarioError,
 )
 from fieldsim.filming import Report, film
+from fieldsim.orbits.lyapunov import Lyapunov, lyapunov
+from fieldsim.orbits.poincare import Crossings, Section, poincare
 from fieldsim.plots import Picture
 from fieldsim.potentials.field import Field, gravity
 from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Metaball, Newtonian, Quartic, SoftObject

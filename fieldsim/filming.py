@@ -11,7 +11,7 @@ import numpy as np
 
 from fieldsim import interrupts, launch, validate
 from fieldsim.dynamics.auto import integrator_of
-from fieldsim.dynamics.energy_log import EnergyLog, EnergyReport
+from fieldsim.dynamics.diagnostics.energy_log import EnergyLog, EnergyReport
 from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.launch import device_named
 from fieldsim.recording import Recorded, Recording, about_run

@@ -19,8 +19,8 @@ from collections.abc import Callable
 
 from fieldsim import validate
 from fieldsim.dynamics.auto import integrator_of
-from fieldsim.dynamics.energy_log import EnergyLog
-from fieldsim.dynamics.integrators import Integrator
+from fieldsim.dynamics.diagnostics.energy_log import EnergyLog
+from fieldsim.dynamics.integrators.splittings import Integrator
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.errors import FieldsimError, ScenarioError
 from fieldsim.plots import Picture

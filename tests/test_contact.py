@@ -5,8 +5,8 @@ import warnings
 import numpy as np
 import pytest
 
-from fieldsim.dynamics.diagnostics import energy
-from fieldsim.dynamics.integrators import Leapfrog
+from fieldsim.dynamics.diagnostics.invariants import energy
+from fieldsim.dynamics.integrators.splittings import Leapfrog
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.errors import FieldsimWarning
 from fieldsim.potentials.field import Field

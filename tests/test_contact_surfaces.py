@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fieldsim as fs
-from fieldsim.dynamics.surfaces import REACH, with_reach
+from fieldsim.dynamics.contact.surfaces import REACH, with_reach
 from fieldsim.potentials.bounds.distance import DISTANCES
 
 BALL = 0.02

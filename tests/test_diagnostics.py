@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from fieldsim.dynamics.diagnostics import angular_momentum, common_spin, energy, jacobi
-from fieldsim.dynamics.energy_log import EnergyLog, EnergyReport
-from fieldsim.dynamics.integrators import Leapfrog
+from fieldsim.dynamics.diagnostics.energy_log import EnergyLog, EnergyReport
+from fieldsim.dynamics.diagnostics.invariants import angular_momentum, common_spin, energy, jacobi
+from fieldsim.dynamics.integrators.splittings import Leapfrog
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.errors import InputError
 from fieldsim.potentials.kernels import Newtonian

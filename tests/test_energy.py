@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from fieldsim.dynamics.diagnostics import angular_momentum, energy, jacobi
-from fieldsim.dynamics.energy_log import EnergyLog
-from fieldsim.dynamics.integrators import Leapfrog
+from fieldsim.dynamics.diagnostics.energy_log import EnergyLog
+from fieldsim.dynamics.diagnostics.invariants import angular_momentum, energy, jacobi
+from fieldsim.dynamics.integrators.splittings import Leapfrog
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.potentials.kernels import Newtonian
 from fieldsim.potentials.primitives.circle import Circle

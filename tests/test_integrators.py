@@ -10,10 +10,10 @@ import warp as wp
 import fieldsim as fs
 from fieldsim.dynamics import simulation as module
 from fieldsim.dynamics.auto import choose
-from fieldsim.dynamics.integrators import Splitting
+from fieldsim.dynamics.integrators.splittings import Splitting
 from fieldsim.dynamics.simulation import Simulation
-from fieldsim.dynamics.sources import Sources, Stages, hessian_at, upload
 from fieldsim.dynamics.trials import Trial, scouted
+from fieldsim.sources.stages import Sources, Stages, hessian_at, upload
 
 DONUT = fs.Body(fs.Circle((0, 0, 0), (0, 0, 1), 1.0), gravity=fs.Newtonian(0.5))
 CIGAR = fs.Segment((-1, 0, 0), (1, 0, 0))

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from fieldsim.dynamics.integrators import BlanesMoan4, Chin4
-from fieldsim.dynamics.lyapunov import lyapunov
+from fieldsim.dynamics.integrators.splittings import BlanesMoan4, Chin4
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.errors import InputError
+from fieldsim.orbits.lyapunov import lyapunov
 from fieldsim.potentials.kernels import Newtonian
 from fieldsim.potentials.primitives.circle import Circle
 from fieldsim.world.body import Body, Bounce

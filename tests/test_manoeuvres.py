@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fieldsim as fs
-from fieldsim.dynamics.rigid_diagnostics import body_energy
+from fieldsim.dynamics.rigid.diagnostics import body_energy
 
 WIRE = fs.Segment((-1, 0, 0), (1, 0, 0))
 ORIGIN = fs.Point((0, 0, 0))

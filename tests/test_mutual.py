@@ -7,8 +7,8 @@ import pytest
 import warp as wp
 
 import fieldsim as fs
-from fieldsim.dynamics import mutual
-from fieldsim.dynamics.mutual import drift_kernel, kick_kernel, potential_kernel
+from fieldsim.dynamics.splitting import mutual_gravity
+from fieldsim.dynamics.splitting.mutual_gravity import drift_kernel, kick_kernel, potential_kernel
 
 LAW = fs.Newtonian(softening=0.05)
 
@@ -84,8 +84,8 @@ def test_a_few_are_moved_as_many_are(monkeypatch):
     world = cluster()
     world.add_particles([(1, 2, 0)], [(0, 0.2, 0)])
     ends = []
-    for few in (mutual.FEW_PAIRS, 0):
-        monkeypatch.setattr(mutual, "FEW_PAIRS", few)
+    for few in (mutual_gravity.FEW_PAIRS, 0):
+        monkeypatch.setattr(mutual_gravity, "FEW_PAIRS", few)
         simulation = fs.Simulation(world, fs.BlanesMoan6(0.05))
         simulation.advance(2.0)
         ends.append(np.concatenate(simulation.positions + simulation.velocities))

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from fieldsim import plots
-from fieldsim.dynamics.energy_log import EnergyLog
-from fieldsim.dynamics.lyapunov import Lyapunov
+from fieldsim.dynamics.diagnostics.energy_log import EnergyLog
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.errors import InputError
+from fieldsim.orbits.lyapunov import Lyapunov
 from fieldsim.world.world import World
 
 

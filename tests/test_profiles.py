@@ -11,7 +11,7 @@ import targets
 import warp as wp
 
 from fieldsim import launch
-from fieldsim.dynamics.rigid_body import free_body
+from fieldsim.dynamics.rigid.body import free_body
 from fieldsim.errors import InputError
 from fieldsim.potentials import registry
 from fieldsim.potentials.field import Field, gravity

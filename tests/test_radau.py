@@ -6,10 +6,10 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from fieldsim.dynamics import radau_tables
-from fieldsim.dynamics.diagnostics import energy, jacobi
-from fieldsim.dynamics.integrators import Leapfrog
-from fieldsim.dynamics.radau import Radau
+from fieldsim.dynamics.diagnostics.invariants import energy, jacobi
+from fieldsim.dynamics.integrators.splittings import Leapfrog
+from fieldsim.dynamics.radau import tables
+from fieldsim.dynamics.radau.radau import Radau
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.errors import FieldsimError, InputError
 from fieldsim.potentials.kernels import Metaball, Newtonian
@@ -70,14 +70,14 @@ def orbits(count=8):
 
 
 def test_weights_are_exact_for_polynomials_of_degree_14():
-    nodes = radau_tables.NODES[1:]
-    single = [Fraction(w) + Fraction(rest) for w, rest in zip(radau_tables.SPEED, radau_tables.SPEED_REST, strict=True)]
+    nodes = tables.NODES[1:]
+    single = [Fraction(w) + Fraction(rest) for w, rest in zip(tables.SPEED, tables.SPEED_REST, strict=True)]
     for degree in range(1, 15):
         speed = sum(w * s**degree for w, s in zip(single, nodes, strict=True))
         # Degrees above 7 owe their exactness to the nodes, which are rounded to 2^-54.
         assert abs(speed - Fraction(1, degree + 1)) < (1e-32 if degree <= 7 else 1e-15)
     for degree in range(1, 14):
-        way = sum(Fraction(w) * s**degree for w, s in zip(radau_tables.WAY, nodes, strict=True))
+        way = sum(Fraction(w) * s**degree for w, s in zip(tables.WAY, nodes, strict=True))
         assert abs(way - Fraction(1, (degree + 1) * (degree + 2))) < 1e-15
 
 
@@ -172,7 +172,7 @@ def test_cutting_a_run_anywhere_changes_nothing():
 
 def test_many_particles_share_rows_in_batches(monkeypatch):
     whole = simulation(BAR, *orbits(), motion=TURN)
-    monkeypatch.setattr("fieldsim.dynamics.radau.SCRATCH_ROWS", 24)  # three at a time
+    monkeypatch.setattr("fieldsim.dynamics.radau.radau.SCRATCH_ROWS", 24)  # three at a time
     parts = simulation(BAR, *orbits(), motion=TURN)
     for run in (whole, parts):
         run.advance(5.0)

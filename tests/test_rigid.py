@@ -10,10 +10,10 @@ import warp as wp
 import fieldsim as fs
 from fieldsim import filming
 from fieldsim.dynamics import simulation as module
-from fieldsim.dynamics.rigid import FreeBodies
-from fieldsim.dynamics.rigid_diagnostics import body_angular_momentum, body_energy, body_momentum
-from fieldsim.dynamics.rigid_diagnostics import wrenches as wrenches_of
-from fieldsim.dynamics.rigid_steps import energy_kernel, rigid_kernel
+from fieldsim.dynamics.rigid.bodies import FreeBodies
+from fieldsim.dynamics.rigid.diagnostics import body_angular_momentum, body_energy, body_momentum
+from fieldsim.dynamics.rigid.diagnostics import wrenches as wrenches_of
+from fieldsim.dynamics.rigid.kernel import energy_kernel, rigid_kernel
 from fieldsim.numerics.quaternion import product
 
 ROD = fs.Segment((-1, 0, 0), (1, 0, 0))

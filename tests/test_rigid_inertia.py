@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import fieldsim as fs
-from fieldsim.dynamics.inertia import mass_properties
-from fieldsim.dynamics.mass_points import enough, mass_points
-from fieldsim.dynamics.rigid_body import free_body
+from fieldsim.dynamics.rigid.body import free_body
+from fieldsim.dynamics.rigid.inertia import mass_properties
+from fieldsim.dynamics.rigid.mass_points import enough, mass_points
 
 ORIGIN = (0.0, 0.0, 0.0)
 HALF_RING = fs.Arc(ORIGIN, (0, 0, 1), (1, 0, 0), 1.0, math.pi)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import fieldsim as fs
-from fieldsim.dynamics import rigid_start
-from fieldsim.dynamics.rigid_diagnostics import body_energy
+from fieldsim.dynamics.rigid import start
+from fieldsim.dynamics.rigid.diagnostics import body_energy
 
 ORIGIN = fs.Point((0, 0, 0))
 ROD = fs.Segment((-1, 0, 0), (1, 0, 0))
@@ -141,8 +141,8 @@ def test_surfaces_that_start_in_each_other_are_refused(bodies, right):
 def test_only_neighbours_are_looked_at(monkeypatch):
     """Making a row of bodies looks as often as it has neighbours, not pairs."""
     calls = []
-    holds = rigid_start.Extent.holds
-    monkeypatch.setattr(rigid_start.Extent, "holds", lambda *given: calls.append(1) or holds(*given))
+    holds = start.Extent.holds
+    monkeypatch.setattr(start.Extent, "holds", lambda *given: calls.append(1) or holds(*given))
     made, short = [], fs.Segment((-0.2, 0, 0), (0.2, 0, 0))
     for count in (10, 20):
         calls.clear()

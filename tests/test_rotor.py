@@ -6,7 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from fieldsim.dynamics.rotor import PANEL, free_rotor, jacobi_functions
+from fieldsim.dynamics.rigid.rotor import PANEL, free_rotor, jacobi_functions
 from fieldsim.numerics.quaternion import matrices
 
 # Inverse moments, descending, and angular momenta: about each axis and next to it, at random, on the separatrix.

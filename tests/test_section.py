@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from fieldsim.dynamics.energy_log import EnergyLog
-from fieldsim.dynamics.integrators import BlanesMoan6, Leapfrog
-from fieldsim.dynamics.radau import Radau
-from fieldsim.dynamics.section import Section, poincare
+from fieldsim.dynamics.diagnostics.energy_log import EnergyLog
+from fieldsim.dynamics.integrators.splittings import BlanesMoan6, Leapfrog
+from fieldsim.dynamics.radau.radau import Radau
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.errors import InputError
+from fieldsim.orbits.poincare import Section, poincare
 from fieldsim.potentials.field import gravity
 from fieldsim.potentials.kernels import Newtonian
 from fieldsim.potentials.primitives.point import Point

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fieldsim.dynamics import simulation as module
-from fieldsim.dynamics.integrators import Leapfrog
+from fieldsim.dynamics.integrators.splittings import Leapfrog
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.errors import FieldsimError, InputError
 from fieldsim.potentials.kernels import Newtonian

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 import warp as wp
 
-from fieldsim.dynamics.integrators import Leapfrog
-from fieldsim.dynamics.radau_kernels import dense_kernel, radau_kernel
+from fieldsim.dynamics.integrators.splittings import Leapfrog
+from fieldsim.dynamics.radau.kernels import dense_kernel, radau_kernel
 from fieldsim.dynamics.simulation import Simulation
-from fieldsim.dynamics.sources import Sources, _field_kernel
-from fieldsim.dynamics.steps import contact_kernel, release_kernel, splitting_kernel
+from fieldsim.dynamics.splitting.kernels import contact_kernel, release_kernel, splitting_kernel
 from fieldsim.potentials.kernels import Newtonian
 from fieldsim.potentials.primitives.circle import Circle
 from fieldsim.potentials.primitives.segment import Segment
+from fieldsim.sources.stages import Sources, _field_kernel
 from fieldsim.world.body import Body, Bounce
 from fieldsim.world.material import Material
 from fieldsim.world.motion import Spin

@@ -4,8 +4,8 @@ import dataclasses
 import math
 
 from fieldsim import validate
-from fieldsim.dynamics.diagnostics import repels
-from fieldsim.dynamics.integrators import (
+from fieldsim.dynamics.diagnostics.invariants import repels
+from fieldsim.dynamics.integrators.splittings import (
     BlanesMoan6,
     Integrator,
     KahanLi8,
@@ -16,7 +16,7 @@ from fieldsim.dynamics.integrators import (
     SofroniouSpaletta10,
     Splitting,
 )
-from fieldsim.dynamics.radau import Radau
+from fieldsim.dynamics.radau.radau import Radau
 from fieldsim.dynamics.refusals import method_refusal
 from fieldsim.dynamics.trials import (
     AHEAD,

@@ -13,21 +13,21 @@ from fieldsim import validate
 from fieldsim.arrays import kept
 from fieldsim.copies import Uncopied
 from fieldsim.dynamics.auto import Auto, Choice, choose, integrator_of
-from fieldsim.dynamics.balls import MOVING, WRITTEN, Balls
-from fieldsim.dynamics.bare import refuse_particles_on_sources
-from fieldsim.dynamics.events import Events, balls_of, events_of
-from fieldsim.dynamics.integrators import moments
-from fieldsim.dynamics.mutual import MutualGravity
-from fieldsim.dynamics.radau import Radau, RadauRun
+from fieldsim.dynamics.bare_sources import refuse_particles_on_sources
+from fieldsim.dynamics.contact.events import Events, balls_of, events_of
+from fieldsim.dynamics.contact.particle_state import MOVING, WRITTEN, Balls
+from fieldsim.dynamics.contact.surfaces import Surfaces
+from fieldsim.dynamics.integrators.splittings import moments
+from fieldsim.dynamics.radau.radau import Radau, RadauRun
 from fieldsim.dynamics.refusals import body_name, refuse_method, refuse_mixture
-from fieldsim.dynamics.rigid import FreeBodies
-from fieldsim.dynamics.rigid_diagnostics import Wrenches, wrenches
-from fieldsim.dynamics.sources import Sources, Stages, field_and_gradient, upload
+from fieldsim.dynamics.rigid.bodies import FreeBodies
+from fieldsim.dynamics.rigid.diagnostics import Wrenches, wrenches
+from fieldsim.dynamics.splitting.kernels import LANES, contact_kernel, method_of, release_kernel, splitting_kernel
+from fieldsim.dynamics.splitting.mutual_gravity import MutualGravity
 from fieldsim.dynamics.state import State, renew, state_of, whole
-from fieldsim.dynamics.steps import LANES, contact_kernel, method_of, release_kernel, splitting_kernel
-from fieldsim.dynamics.surfaces import Surfaces
 from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
 from fieldsim.launch import checked_threads, device_named, launch
+from fieldsim.sources.stages import Sources, Stages, field_and_gradient, upload
 from fieldsim.world.contact import Status
 from fieldsim.world.world import Snapshot, given_world
 

@@ -6,13 +6,13 @@ import warnings
 
 import numpy as np
 
-from fieldsim.dynamics.diagnostics import acting, energy
-from fieldsim.dynamics.energy_log import EnergyLog
-from fieldsim.dynamics.integrators import Leapfrog
-from fieldsim.dynamics.radau import Radau
+from fieldsim.dynamics.diagnostics.energy_log import EnergyLog
+from fieldsim.dynamics.diagnostics.invariants import acting, energy
+from fieldsim.dynamics.diagnostics.totals import BODIES, PARTICLES
+from fieldsim.dynamics.integrators.splittings import Leapfrog
+from fieldsim.dynamics.radau.radau import Radau
 from fieldsim.dynamics.refusals import method_refusal
-from fieldsim.dynamics.rigid_diagnostics import body_energy
-from fieldsim.dynamics.totals import BODIES, PARTICLES
+from fieldsim.dynamics.rigid.diagnostics import body_energy
 from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
 from fieldsim.world.motion import Spin
 from fieldsim.world.rigid import Rigid

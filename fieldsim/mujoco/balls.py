@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from fieldsim import validate
-from fieldsim.dynamics.rigid_body import log_slope
+from fieldsim.dynamics.rigid.body import log_slope
 from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.mujoco import checks
 from fieldsim.mujoco.contact import WIDTH

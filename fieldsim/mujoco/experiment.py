@@ -9,9 +9,9 @@ import mujoco
 import numpy as np
 
 from fieldsim import launch, validate
-from fieldsim.dynamics.energy_log import EnergyLog, EnergyReport, History
-from fieldsim.dynamics.integrators import Leapfrog
-from fieldsim.dynamics.totals import Drift, Total
+from fieldsim.dynamics.diagnostics.energy_log import EnergyLog, EnergyReport, History
+from fieldsim.dynamics.diagnostics.totals import Drift, Total
+from fieldsim.dynamics.integrators.splittings import Leapfrog
 from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
 from fieldsim.mujoco import checks
 from fieldsim.mujoco.balls import Contact

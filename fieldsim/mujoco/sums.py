@@ -7,7 +7,7 @@ function in Python. `caller(name, native)` calls it either way.
 import functools
 
 from fieldsim import launch
-from fieldsim.dynamics.surfaces import margin_of
+from fieldsim.dynamics.contact.surfaces import margin_of
 from fieldsim.potentials import registry
 
 # How many numbers each gives: F and its gradient; also the Hessian; the distance within which no surface can be.

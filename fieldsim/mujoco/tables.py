@@ -6,8 +6,8 @@ import typing
 import numpy as np
 
 from fieldsim import validate
+from fieldsim.dynamics.contact.surfaces import with_reach
 from fieldsim.dynamics.refusals import refuse
-from fieldsim.dynamics.surfaces import with_reach
 from fieldsim.errors import InputError
 from fieldsim.mujoco.sums import LENGTHS, sum_of
 from fieldsim.numerics import quaternion

@@ -1,0 +1,87 @@
+"""The particles' side of contact on the host: their laws for the kernels, their states, and the log of events."""
+
+import dataclasses
+import math
+
+import numpy as np
+import warp as wp
+
+from fieldsim.arrays import read_only
+from fieldsim.dynamics.contact.particle_state import ABSORB, BOUNCE, KINDS, NOTHING, REPULSION, Balls
+from fieldsim.world.contact import Absorb, Bounce, Repulsion
+
+_LAWS = {type(None): NOTHING, Bounce: BOUNCE, Absorb: ABSORB, Repulsion: REPULSION}
+# The lowest point of a solid sphere, inertia 2/5 m r^2, answers an impulse along the surface with 1 + 5/2 of it.
+TURNING = 3.5
+
+
+@dataclasses.dataclass(frozen=True)
+class Events:
+    """What happened to particles at surfaces, M events sorted by time, then particle.
+
+    times (M,); particles (M,): index over all sets in order; kinds (M,): "bounce", "land" (it rests, or slides),
+    "absorb" or "escape"; positions (M, 3): of the contact point, or of the particle that escaped; impulses (M, 3):
+    change of velocity, of a landing only its part along the normal. made: events that happened; a particle's oldest are
+    forgotten where it made more than the log keeps of each.
+    """
+
+    times: np.ndarray
+    particles: np.ndarray
+    kinds: np.ndarray
+    positions: np.ndarray
+    impulses: np.ndarray
+    made: int
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+
+def balls_of(sets, escape_radius: float | None, grain: float, kept: int, device) -> Balls:
+    """The particles of all sets for kernels, all moving; `kept` events are logged of each."""
+    counts = [len(particles) for particles in sets]
+    total = sum(counts)
+    balls = Balls()
+
+    def column(dtype, value):
+        values = [value(particles) for particles in sets]
+        return wp.array(np.repeat(values, counts), dtype=dtype, device=device)
+
+    def of_law(name, other):
+        return column(wp.float64, lambda p: float(getattr(p.contact, name, other)))
+
+    balls.laws = column(wp.int32, lambda p: _LAWS[type(p.contact)])
+    balls.radii = column(wp.float64, lambda p: p.radius)
+    balls.restitutions = of_law("restitution", 0.0)
+    balls.frictions = of_law("friction", 0.0)
+    balls.mobilities = column(wp.float64, lambda p: TURNING if getattr(p.contact, "rolling", False) else 1.0)
+    balls.stiffnesses = of_law("stiffness", 0.0)
+    balls.reaches = of_law("reach", 1.0)
+    for name, dtype in (("states", wp.int32), ("spins", wp.vec3d), ("bounces", wp.int32), ("logged", wp.int32)):
+        setattr(balls, name, wp.zeros(total, dtype=dtype, device=device))
+    balls.grain = grain
+    balls.escape2 = math.inf if escape_radius is None else escape_radius**2
+    balls.kept = kept
+    log = (("times", wp.float64), ("kinds", wp.int32), ("places", wp.vec3d), ("impulses", wp.vec3d))
+    for name, dtype in log:
+        setattr(balls, name, wp.empty(total * kept, dtype=dtype, device=device))
+    return balls
+
+
+def events_of(balls: Balls) -> Events:
+    """What the log holds."""
+    made = balls.logged.numpy()
+    slots = np.arange(balls.kept)
+    particles, slot = np.nonzero(slots < np.minimum(made, balls.kept)[:, None])
+    # The ring's slots hold the latest events; how old each is decides among those of one time.
+    age = (made[particles] - 1 - slot) % balls.kept
+    times = balls.times.numpy()[particles * balls.kept + slot]
+    order = np.lexsort((-age, particles, times))
+    index = (particles * balls.kept + slot)[order]
+    columns = (
+        times[order],
+        particles[order],
+        np.array(KINDS)[balls.kinds.numpy()[index]],
+        balls.places.numpy()[index],
+        balls.impulses.numpy()[index],
+    )
+    return Events(*map(read_only, columns), int(made.sum(dtype=np.int64)))

@@ -1,0 +1,164 @@
+"""Surfaces as contact needs them: how far each element's surface can reach, and how fast it moves.
+
+A surface element's row gets one more column, REACH: where a point is farther from every primitive than its reach, the
+sum of all elements cannot come to 1. The least of distance minus reach over the elements, the *margin*, is therefore a
+safe distance to the surface F = 1. The rows of elements that move go on with the twist of their body (see `ground`).
+"""
+
+import functools
+import math
+import warnings
+
+import numpy as np
+import warp as wp
+
+from fieldsim.dynamics.contact.friction import twists
+from fieldsim.errors import FieldsimWarning, InputError
+from fieldsim.portable import Indices, Portable, Table, portable, real
+from fieldsim.potentials import registry
+from fieldsim.potentials.bounds.distance import DISTANCES
+from fieldsim.potentials.bounds.reach import reach, scale
+from fieldsim.potentials.kernels import COMPACT
+from fieldsim.potentials.primitives.arc import Arc
+from fieldsim.potentials.primitives.circle import Circle
+from fieldsim.potentials.primitives.plane import Plane
+from fieldsim.potentials.primitives.profile import ProfiledArc
+from fieldsim.sources.stages import Sources, Stages, tables
+
+REACH = registry.WIDTH
+
+
+def with_reach(rows, kinds, total: int):
+    """Rows (..., elements, WIDTH) with the column REACH added, for a world of `total` surface elements.
+
+    The reach is where an element's field cannot be more than 1 / total.
+    """
+    refuse_compact(cell.kernel for cell in registry.CELLS.values() if (kinds == cell.kind).any())
+    return np.concatenate([rows, reach(rows, kinds, 1.0 / max(total, 1))[..., None]], axis=-1)
+
+
+def refuse_compact(kernels):
+    """Raise InputError for kernels whose field is 0 where a sphere that touches the surface has its middle."""
+    for kernel in kernels:
+        if kernel in COMPACT:
+            raise InputError(
+                f"no contact is known for a surface of {kernel.__name__}: its field ends too near to the surface; "
+                "give the particles contact=None, or the body a surface of another kernel such as fs.Gaussian"
+            )
+
+
+def _of_primitives(kinds, *primitives):
+    """Which elements are of the given primitives, (elements,)."""
+    wanted = [cell.kind for cell in registry.CELLS.values() if cell.primitive in primitives]
+    return np.isin(kinds, wanted)
+
+
+def sweeps(rows, kinds):
+    """How far any element's surface may come nearer between one stage and the next, (stages,); 0 for the last.
+
+    rows: (stages, elements, WIDTH + 1). A bound for every point of the primitive, plus the growth of its reach.
+    """
+    step = np.diff(rows, axis=0)
+    points = np.linalg.norm(step[..., registry.POSITIONS].reshape(*step.shape[:2], 3, 3), axis=-1).max(axis=-1)
+    turns = np.linalg.norm(step[..., registry.DIRECTIONS].reshape(*step.shape[:2], 2, 3), axis=-1)
+    if (turns[:, _of_primitives(kinds, Plane), 1] > 1e-12).any():
+        raise InputError("contact with a Plane that turns is not known; move it without turning, or use a rectangle")
+    # A point of an arc is centre + size (cos u + sin (n x u)): |change of n x u| <= |change of n| + |change of u|.
+    bend = rows[1:, :, registry.SIZE] * (2.0 * turns[..., 0] + turns[..., 1] + np.abs(step[..., registry.ANGLE]))
+    bend += np.abs(step[..., registry.SIZE])
+    bend = np.where(_of_primitives(kinds, Arc, Circle, ProfiledArc), bend, 0.0)
+    moved = points + bend + np.maximum(step[..., REACH], 0.0)
+    return np.append(moved.max(axis=1, initial=0.0), 0.0)
+
+
+class Surfaces:
+    """The collidable surfaces of a world. grain: length over which the field of the thinnest varies little."""
+
+    def __init__(self, world, time: float, free=None):
+        self.sources = Sources(world, "surface", time, free)
+        fixed = self.sources.fixed
+        self._fixed_rows = with_reach(fixed.rows, fixed.kinds, len(self.sources))
+        moving = self.sources.rows_at(np.array([time]))
+        lengths = [scale(fixed.rows, fixed.kinds), scale(moving[0], self.sources.moving_kinds)]
+        self.grain = 0.5 * np.min(np.concatenate(lengths), initial=math.inf)
+        self._still = None
+        self._warned = False
+
+    def __len__(self) -> int:
+        return len(self.sources)
+
+    def upload(self, times, device) -> Stages:
+        """The tables of a launch whose stages are at `times`."""
+        if self._still is not None and not self.sources.moving:
+            return self._still
+        rows = with_reach(self.sources.rows_at(times), self.sources.moving_kinds, len(self))
+        sweep = sweeps(rows, self.sources.moving_kinds)
+        self._warn_of_leaps(sweep, times)
+        rows = np.concatenate([rows, twists(*self.sources.poses_at(times))], axis=-1)
+        stages = tables(self.sources, self._fixed_rows, rows, device, self._still, sweep)
+        if self._still is None:
+            self._still = stages
+        return stages
+
+    def _warn_of_leaps(self, sweep, times):
+        fastest = int(np.argmax(sweep))
+        if sweep[fastest] > 2.0 * self.grain and not self._warned:
+            self._warned = True
+            warnings.warn(
+                f"at time {times[fastest]:g} a surface moves {sweep[fastest]:.3g} in one step, more than its softness "
+                f"{2 * self.grain:.3g}: it may pass over particles; give a shorter dt",
+                FieldsimWarning,
+                stacklevel=4,
+            )
+
+
+@portable
+def _least(x: real, y: real, z: real, rows: Table, kinds: Indices, first: int, count: int):
+    least = real(math.inf)
+    for i in range(first, first + count):
+        least = min(least, distance(x, y, z, rows, kinds, i) - rows[i, REACH])  # noqa: F821 - bound by `margin_of`
+    return least
+
+
+def margin_of(kinds) -> Portable:
+    """Portable (x, y, z, rows, kinds, first, count) -> least of distance - reach over the rows."""
+    primitives = {cell.kind: cell.primitive for cell in registry.CELLS.values()}
+    # Without elements nothing is asked for, but the loop over them wants a function to compile.
+    distances = {kind: DISTANCES[primitives[kind]] for kind in kinds or (min(primitives),)}
+    return _least.bind(distance=registry.by_kind(distances))
+
+
+@functools.cache
+def margin_at(kinds_used):
+    """Warp function (point, surfaces, stage) -> a distance to the surface that is safe from `stage` to the next."""
+    fixed_kinds, moving_kinds = kinds_used
+    fixed = margin_of(fixed_kinds).warp(wp.float64)
+    moving = margin_of(moving_kinds).warp(wp.float64)
+
+    @wp.func
+    def still(p: wp.vec3d, surfaces: Stages, stage: int):
+        return fixed(p[0], p[1], p[2], surfaces.rows, surfaces.kinds, 0, surfaces.kinds.shape[0])
+
+    @wp.func
+    def both(p: wp.vec3d, surfaces: Stages, stage: int):
+        first = stage * surfaces.moving
+        two = 2 * surfaces.moving
+        near = moving(p[0], p[1], p[2], surfaces.moving_rows, surfaces.moving_kinds, first, two)
+        return wp.min(near, still(p, surfaces, stage))
+
+    return both if moving_kinds else still
+
+
+@functools.cache
+def sweep_at(kinds_used):
+    """Warp function (surfaces, stage) -> how far a surface may come nearer from `stage` to the next."""
+
+    @wp.func
+    def still(surfaces: Stages, stage: int):
+        return wp.float64(0.0)
+
+    @wp.func
+    def changing(surfaces: Stages, stage: int):
+        return surfaces.sweep[stage]
+
+    return changing if kinds_used[1] else still

@@ -1,0 +1,103 @@
+"""The work that moving sources do on particles.
+
+A particle of unit mass in a field F(x, t) has the energy v^2 / 2 - F, which changes at the rate -dF/dt at its place:
+the work of whoever moves the sources. Taking time as one more coordinate makes that rate the kick of time's momentum,
+so the sum over a splitting's kicks is as accurate as the orbit itself, and energy less work is kept as energy is where
+sources are still.
+"""
+
+import functools
+
+import numpy as np
+import warp as wp
+
+from fieldsim.arrays import kept
+from fieldsim.dynamics.integrators.splittings import moments
+from fieldsim.dynamics.splitting.kernels import Method, advance_of, method_of, part_of, particle_at
+from fieldsim.dynamics.state import State
+from fieldsim.launch import launch
+from fieldsim.sources.stages import Stages, field_at, upload
+
+# Time derivatives are differences over this share of a step, of fourth order: their errors, of rounding and of the
+# difference, stay below those of the orbits.
+SHARE = 1.0 / 32.0
+OFFSETS = SHARE * np.array([-2.0, -1.0, 1.0, 2.0])
+
+
+class Work:
+    """Sums the work done on each particle of a simulation, in free flight, from now on.
+
+    Each launch is followed ahead of the simulation on a copy of its state, so contacts are not seen.
+    """
+
+    def __init__(self, simulation):
+        self._simulation = simulation
+        self._sum = wp.zeros(sum(map(len, simulation.world.particles)), dtype=wp.float64, device=simulation.device)
+        simulation.watch(self._follow, sums=[self._sum])
+
+    def values(self) -> np.ndarray:
+        """Work done so far per unit mass, (N,): positive where particles gained energy."""
+        return kept(self._sum.numpy())
+
+    def _follow(self, sources, state, steps, start, dt):
+        integrator, device = self._simulation.integrator, self._simulation.device
+        nodes = moments(steps, integrator.nodes)
+        now = upload(sources, start + dt * nodes, device)
+        around = upload(sources, start + dt * (nodes[:, None] + OFFSETS).ravel(), device)
+        kernel = work_kernel(sources.kinds_used, any(integrator.gradients))
+        inputs = [len(steps), wp.float64(dt * SHARE), method_of(integrator, dt, device), now, around, state]
+        launch(kernel, len(self._sum), inputs, [self._sum], device=device, grain=2, threads=self._simulation.threads)
+
+
+@functools.cache
+def work_kernel(kinds_used, gradients: bool):
+    """Kernel: the steps of a launch, without writing the state; `work` (N,) grows by the work done on each particle.
+
+    around: the moving rows at four times OFFSETS about each stage; between them lies the time `share`.
+    """
+    advance = advance_of(kinds_used, gradients)
+    total = field_at(kinds_used)
+    moving = field_at(((), kinds_used[1]))
+
+    @wp.func
+    def rates(p: wp.vec3d, around: Stages, node: int, share: wp.float64):
+        f0, g0 = moving(p, around, 4 * node)
+        f1, g1 = moving(p, around, 4 * node + 1)
+        f2, g2 = moving(p, around, 4 * node + 2)
+        f3, g3 = moving(p, around, 4 * node + 3)
+        eight = wp.float64(8.0)
+        over = wp.float64(1.0) / (wp.float64(12.0) * share)
+        return over * (eight * (f2 - f1) - (f3 - f0)), over * (eight * (g2 - g1) - (g3 - g0))
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def follow(
+        start: int,
+        steps: int,
+        share: wp.float64,
+        method: Method,
+        now: Stages,
+        around: Stages,
+        state: State,
+        work: wp.array(dtype=wp.float64),
+    ):
+        i = start + wp.tid()
+        p = particle_at(state, i)
+        done = work[i]
+        for step in range(steps):
+            if method.opening != wp.float64(0.0):
+                f, _g = rates(p.x, around, step * method.stages, share)
+                done = done - method.opening * f
+            for j in range(method.stages):
+                node = step * method.stages + j + 1
+                p = advance(p, part_of(method, j), now, node)
+                kick = method.kicks[j]
+                factor = method.gradients[j]
+                if kick != wp.float64(0.0) or factor != wp.float64(0.0):
+                    f, g = rates(p.x, around, node, share)
+                    done = done - kick * f
+                    if factor != wp.float64(0.0):  # the force gradient kicks by the potential |g|^2 / 2
+                        _f, pull = total(p.x, now, node)
+                        done = done - factor * wp.dot(pull, g)
+        work[i] = done
+
+    return follow

@@ -1,0 +1,203 @@
+"""Adaptive Gauss-Radau of order 15: each particle flies in steps of its own, to rounding."""
+
+import dataclasses
+import math
+
+import numpy as np
+import warp as wp
+
+from fieldsim import validate
+from fieldsim.arrays import kept
+from fieldsim.dynamics.integrators.splittings import Integrator
+from fieldsim.dynamics.radau.kernels import Flights, Leg, dense_kernel, radau_kernel
+from fieldsim.dynamics.radau.tables import ORDER, Series
+from fieldsim.dynamics.radau.windows import Windows
+from fieldsim.dynamics.state import renew
+from fieldsim.errors import InputError
+from fieldsim.launch import launch
+from fieldsim.potentials import registry
+from fieldsim.potentials.kernels import Gaussian, Metaball, Quartic, SoftObject
+from fieldsim.sources.stages import Sources, tables
+
+# A launch spans at most so many evaluations of an element, and keeps so many moving rows.
+LAUNCH_WORK = 20_000_000
+LAUNCH_STEPS = 4096
+SCRATCH_ROWS = 400_000
+STAGES = ORDER + 1
+# How far beyond its centre a kernel of short reach may pull; a step must not leap over it.
+_REACHES = {Gaussian: lambda width: 1.0 / width} | dict.fromkeys((Metaball, SoftObject, Quartic), lambda width: width)
+
+
+@dataclasses.dataclass(frozen=True)
+class Radau(Integrator):
+    """Gauss-Radau of order 15 with adaptive steps (IAS15): errors at rounding level, also through close passages.
+
+    Each particle has its own steps, about tau (5040 tolerance)^(1/7) long, tau the time in which its acceleration
+    changes. From a tolerance of 1e-7 down rounding is all that is left on smooth orbits. Positions at the times asked
+    for come from each step's polynomial, so that being asked costs no step and changes nothing.
+
+    Motions, masses and skeletons that are functions of time are sampled ahead, beyond the time asked for, too, and
+    interpolated to rounding over spans as long as that allows; what happens between samples alone, such as a jolt that
+    lasts a small part of a smooth span, is not seen.
+    Everhart 1985; Rein & Spiegel 2015; Pham, Rein & Spiegel 2024.
+    """
+
+    tolerance: float = 1e-9
+
+    order = 15
+
+    def __post_init__(self):
+        value = validate.number("Radau", "tolerance", self.tolerance, above=0.0)
+        if value > 1e-3:
+            raise InputError(f"Radau: tolerance is {value:g}; give at most 1e-3, such as 1e-9")
+        object.__setattr__(self, "tolerance", value)
+
+    @property
+    def eta(self) -> float:
+        """Length of a step in units of the time in which the acceleration changes."""
+        return (5040.0 * self.tolerance) ** (1.0 / 7.0)
+
+
+class RadauRun:
+    """The particles of a simulation under `Radau`: their state, and their dense output.
+
+    positions, velocities: (N,) Warp arrays of vec3d as the particles start; time: when. `advance` flies all of them to
+    a time or beyond it, `step` flies each by one step; `span` and `at` give the last step of each.
+    """
+
+    def __init__(self, radau: Radau, world, sources: Sources, positions, velocities, time: float, *, threads=None):
+        self._sources, self._device, self._threads = sources, positions.device, threads
+        self._world, self._windows = world, Windows(sources, world, time, self._device)
+        self._count = len(positions)
+        self._flights = self._start(positions, velocities, time)
+        self._running = wp.zeros(self._count, dtype=wp.int32, device=self._device)
+        self._leg = self._plan(radau, world, time)
+        self._tables = None
+
+    def _start(self, positions, velocities, time):
+        flights = Flights()
+        flights.x, flights.v = wp.clone(positions), wp.clone(velocities)
+        kinds = {
+            wp.vec3d: ("x_rest", "v_rest", "x0", "v0", "x0_rest", "v0_rest", "a0"),
+            wp.float64: ("t_rest", "t0_rest", "h", "plan", "tau_at"),
+            Series: ("b", "miss"),
+            wp.int32: ("lost",),
+            wp.int64: ("steps", "evaluations"),
+        }
+        for dtype, names in kinds.items():
+            for name in names:
+                setattr(flights, name, wp.zeros(self._count, dtype=dtype, device=self._device))
+        flights.t = wp.full(self._count, time, dtype=wp.float64, device=self._device)
+        flights.t0 = wp.clone(flights.t)
+        flights.tau = wp.full(self._count, math.inf, dtype=wp.float64, device=self._device)
+        return flights
+
+    def _plan(self, radau, world, time):
+        rows = np.concatenate([self._sources.fixed.rows, self._sources.rows_at(np.array([time]))[0]])
+        reaches = [_REACHES[type(b.gravity)](b.gravity.width) for b in world.bodies if type(b.gravity) in _REACHES]
+        leg = Leg()
+        leg.eta, leg.begin = radau.eta, time
+        leg.extent = float(
+            np.abs(rows[:, registry.POSITIONS]).max(initial=0.0) + rows[:, registry.SIZE].max(initial=0.0)
+        )
+        leg.stride = 0.5 * min(reaches, default=math.inf)
+        return leg
+
+    def restart(self, which, positions, velocities, time: float) -> None:
+        """Let the particles `which` (N,) start anew at `time` from Warp arrays (N,) of vec3d; the others fly on.
+
+        What was counted of them, and their closest passages, are kept.
+        """
+        if time < self._windows.start:  # a run was interrupted and had gone ahead
+            self._windows, self._tables = Windows(self._sources, self._world, time, self._device), None
+            which = np.ones(self._count, dtype=bool)
+        fresh = self._start(positions, velocities, time)
+        names = [name for name in Flights.vars if name not in ("steps", "evaluations", "tau", "tau_at")]
+        renew(Flights, self._flights, fresh, which, names)
+
+    @property
+    def steps(self) -> int:
+        """Steps taken so far by all particles."""
+        return int(self._flights.steps.numpy().sum())
+
+    @property
+    def evaluations(self) -> int:
+        """Evaluations of the field so far by all particles."""
+        return int(self._flights.evaluations.numpy().sum())
+
+    @property
+    def span(self) -> tuple[np.ndarray, np.ndarray]:
+        """Times when each particle's last step began and ended, each (N,)."""
+        return kept(self._flights.t0.numpy()), kept(self._flights.t.numpy())
+
+    def advance(self, until: float) -> None:
+        """Fly every particle by whole steps until it is at the time `until` or beyond."""
+        work = max(1, len(self._sources)) * 3 * ORDER * max(1, self._batch)
+        self._leg.steps = min(LAUNCH_STEPS, max(1, LAUNCH_WORK // work))
+        while True:
+            self._leg.until = min(until, self._windows.end)
+            while self._fly():
+                pass
+            if until <= self._windows.end:
+                return
+            self._next_window()
+
+    @property
+    def closest(self) -> tuple[np.ndarray, np.ndarray]:
+        """The shortest time in which each particle's acceleration changed so far, and when that was, each (N,)."""
+        return kept(self._flights.tau.numpy()), kept(self._flights.tau_at.numpy())
+
+    def step(self, until: float = math.inf) -> None:
+        """Fly every particle that is not yet at `until` by one step, which the sources' present window may cut."""
+        flying = self._flights.lost.numpy() == 0
+        if flying.any() and (self._flights.t.numpy()[flying] >= self._windows.end).all():
+            self._next_window()
+        self._leg.until, self._leg.steps = min(until, self._windows.end), 1
+        self._fly()
+
+    def at(self, times) -> tuple[np.ndarray, np.ndarray]:
+        """Positions and velocities, (N, 3), at `times`, a number or (N,), within each particle's last step."""
+        times = np.broadcast_to(np.asarray(times, dtype=float), self._count)
+        x, v = self.read(times)
+        return kept(x.numpy()), kept(v.numpy())
+
+    def read(self, times) -> tuple[wp.array, wp.array]:
+        """The same as Warp arrays (N,) of vec3d; times (N,)."""
+        times = wp.array(np.ascontiguousarray(times), dtype=wp.float64, device=self._device)
+        x, v = (wp.empty(self._count, dtype=wp.vec3d, device=self._device) for _ in range(2))
+        kernel = dense_kernel(self._sources.kinds_used)
+        for first, count in self._batches():
+            inputs = [first, self._flights, self._gravity(), self._windows.window, times]
+            launch(kernel, count, inputs, [x, v], device=self._device, grain=16, threads=self._threads)
+        return x, v
+
+    def _fly(self):
+        """Launches for all particles; whether some particle has to go on."""
+        kernel = radau_kernel(self._sources.kinds_used)
+        for first, count in self._batches():
+            self._leg.first = first
+            inputs = [self._leg, self._gravity(), self._windows.window]
+            outputs = [self._flights, self._running]
+            launch(kernel, count, inputs, outputs, device=self._device, grain=1, threads=self._threads)
+        return bool(self._running.numpy().any())
+
+    @property
+    def _batch(self):
+        """Particles per launch: each has its own rows of what moves, one set for each node."""
+        rows = STAGES * len(self._sources.moving_kinds)
+        return min(self._count, max(1, SCRATCH_ROWS // rows)) if rows else self._count
+
+    def _batches(self):
+        """First particle and number of particles of each launch."""
+        return [(first, min(self._batch, self._count - first)) for first in range(0, self._count, max(1, self._batch))]
+
+    def _next_window(self):
+        self._windows.advance()
+        self._tables = None
+
+    def _gravity(self):
+        """Rows that stay, and room for those that kernels put in place."""
+        if self._tables is None:
+            rows = np.tile(self._windows.rows, (STAGES * self._batch, 1, 1))
+            self._tables = tables(self._sources, self._sources.fixed.rows, rows, self._device)
+        return self._tables

@@ -1,0 +1,173 @@
+"""Moving sources at any time: Chebyshev interpolants of their rows over a window of time.
+
+An adaptive step evaluates forces at times that are known only on the way. So the rows of what moves or deforms are
+sampled on the host over a window, whose length is halved until the interpolants agree with further samples to rounding,
+and evaluated by the kernels; no step passes a window's end. Windows depend on the motions alone, not on who asks when.
+"""
+
+import dataclasses
+import functools
+import math
+
+import numpy as np
+import warp as wp
+
+from fieldsim.potentials import registry
+from fieldsim.sources.stages import Sources, Stages
+from fieldsim.world.motion import Keyframes
+
+DEGREE = 20
+# A first try; later windows are at most twice as long as the one before.
+FIRST_LENGTH = 1.0
+# Windows this much shorter than the longest are taken as they are: they straddle a jump. The first window may be short
+# because of the unit of time, so it is halved much farther, as if the longest were no longer than NO_LENGTH.
+SHORTEST = 2.0**-30
+NO_LENGTH = 2.0**-170
+# How far an interpolant may be off, relative to the coordinates.
+AGREEMENT = 4e-15
+
+
+@wp.struct
+class Window:
+    """Interpolants over the time until `end`; middle, half: of the window; inf where nothing moves.
+
+    coefficients (columns, DEGREE + 1): of each number that changes, found in row rows[c], column columns[c].
+    """
+
+    end: wp.float64
+    middle: wp.float64
+    half: wp.float64
+    coefficients: wp.array2d(dtype=wp.float64)
+    rows: wp.array(dtype=wp.int32)
+    columns: wp.array(dtype=wp.int32)
+
+
+@functools.cache
+def place_rows(kinds_used):
+    """Warp function (gravity, window, stage, t, later): puts the moving rows of time t + later in place as a stage."""
+
+    @wp.func
+    def still(gravity: Stages, window: Window, stage: int, t: wp.float64, later: wp.float64):
+        pass
+
+    @wp.func
+    def changing(gravity: Stages, window: Window, stage: int, t: wp.float64, later: wp.float64):
+        u = ((t - window.middle) + later) / window.half
+        twice = u + u
+        for c in range(window.rows.shape[0]):
+            # Clenshaw's recurrence.
+            b1 = wp.float64(0.0)
+            b2 = wp.float64(0.0)
+            for k in range(DEGREE):
+                b0 = twice * b1 - b2 + window.coefficients[c, DEGREE - k]
+                b2 = b1
+                b1 = b0
+            value = u * b1 - b2 + window.coefficients[c, 0]
+            gravity.moving_rows[stage * gravity.moving + window.rows[c], window.columns[c]] = value
+
+    return changing if kinds_used[1] else still
+
+
+def _cosines(numerators, denominator):
+    """cos(pi numerators / denominator), reduced while exact."""
+    return np.cos(np.pi / denominator * (numerators % (2 * denominator)))
+
+
+_DEGREES = np.arange(DEGREE + 1)
+_ODD = 2 * _DEGREES + 1
+# Where rows are sampled, the points between, and the polynomials' values at these.
+_POINTS = _cosines(_ODD, 2 * len(_ODD))
+_BETWEEN = _cosines(np.arange(DEGREE + 2), DEGREE + 1)
+_AT_BETWEEN = _cosines(np.outer(np.arange(DEGREE + 2), _DEGREES), DEGREE + 1)
+# From samples to coefficients.
+_TRANSFORM = _cosines(np.outer(_DEGREES, _ODD), 2 * len(_ODD)) * (2.0 / len(_ODD))
+_TRANSFORM[0] *= 0.5
+
+
+def _coefficients(samples):
+    """Chebyshev coefficients (DEGREE + 1, ...) of samples; of their changes first, so that constants stay exact."""
+    level = samples[DEGREE // 2]
+    result = np.tensordot(_TRANSFORM, samples - level, axes=1)
+    result[0] += level
+    return result
+
+
+class Windows:
+    """The windows of one world's sources in turn, from `start` on. `start`, `end`: of the present one."""
+
+    def __init__(self, sources: Sources, world, start: float, device):
+        self._sources = sources
+        self._device = device
+        self._keys = keyframes(world)
+        self._length, self._longest = FIRST_LENGTH, NO_LENGTH
+        self.start, self.end = start, start if sources.moving else math.inf
+        self.rows = np.zeros((0, registry.WIDTH))
+        self.window = Window()
+        self.window.end = self.end
+        self._fill(np.zeros((0, DEGREE + 1)), np.zeros((0, 2), dtype=int))
+
+    def advance(self) -> None:
+        """Go on to the next window."""
+        start, limit = self.end, self._next_key()
+        length = 2.0 * self._length
+        while True:
+            end = min(start + length, limit)
+            samples, agree = self._sampled(start, end)
+            if agree or length <= max(SHORTEST * self._longest, 64 * np.spacing(abs(start))):
+                break
+            length = 0.5 * (end - start)
+        self._length, self._longest = length, max(length, self._longest)
+        self.start, self.end = start, end
+        self.window.end, self.window.middle, self.window.half = end, 0.5 * (start + end), 0.5 * (end - start)
+        changes = np.argwhere((samples != samples[0]).any(axis=0))
+        self.rows = samples[0]
+        self._fill(_coefficients(samples)[:, changes[:, 0], changes[:, 1]], changes)
+
+    def _fill(self, coefficients, places):
+        window, device = self.window, self._device
+        window.coefficients = wp.array(np.ascontiguousarray(coefficients.T), dtype=wp.float64, device=device)
+        window.rows = wp.array(np.ascontiguousarray(places[:, 0]), dtype=wp.int32, device=device)
+        window.columns = wp.array(np.ascontiguousarray(places[:, 1]), dtype=wp.int32, device=device)
+
+    def _next_key(self):
+        """The first time after the present window when some keyframe's curve has a kink."""
+        return min((_key_after(keys, self.end) for keys in self._keys), default=math.inf)
+
+    def _sampled(self, start, end):
+        """Rows at the sampling points, and whether their interpolants agree with the rows in between."""
+        middle, half = 0.5 * (start + end), 0.5 * (end - start)
+        samples = self._sources.rows_at(middle + half * _POINTS)
+        between = self._sources.rows_at(np.clip(middle + half * _BETWEEN, start, end))
+        error = np.abs(np.tensordot(_AT_BETWEEN, _coefficients(samples), axes=1) - between).max(axis=0)
+        # Times are rounded as well, and what moves fast feels it.
+        speed = np.abs(np.diff(samples, axis=0)).max(axis=0) / (half * np.abs(np.diff(_POINTS)).min())
+        rounding = 4.0 * np.spacing(max(abs(start), abs(end))) * speed
+        return samples, bool((error <= AGREEMENT * _sizes(samples) + rounding).all())
+
+
+def _sizes(samples):
+    """What the numbers in rows are to be compared with, (elements, WIDTH): positions with the largest coordinate."""
+    sizes = np.abs(samples).max(axis=0)
+    for group in (registry.POSITIONS, registry.DIRECTIONS):
+        sizes[:, group] = sizes[:, group].max(axis=1, keepdims=True)
+    return sizes
+
+
+def keyframes(world) -> list[Keyframes]:
+    """All keyframes that move or deform what pulls."""
+    values = []
+    for body in world.bodies:
+        if body.gravity is not None:
+            parts = [getattr(p, field.name) for p in body.skeleton for field in dataclasses.fields(p)]
+            values += [body.motion, body.mass, *parts]
+    return [value for value in values if isinstance(value, Keyframes)]
+
+
+def _key_after(keys, time):
+    first, last = keys.times[0], keys.times[-1]
+    if keys.loop and last > first:
+        turn = math.floor((time - first) / (last - first))
+        later = [(turn + k) * (last - first) + key for k in (0, 1) for key in keys.times]
+    else:
+        later = keys.times
+    return min((key for key in later if key > time), default=math.inf)

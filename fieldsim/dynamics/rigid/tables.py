@@ -1,0 +1,102 @@
+"""Free bodies, and what prescribed ones give, as the tables that kernels read."""
+
+import numpy as np
+import warp as wp
+
+from fieldsim.dynamics.contact.surfaces import with_reach
+from fieldsim.dynamics.rigid.contact import Shells
+from fieldsim.dynamics.rigid.gravity import Masses
+from fieldsim.dynamics.rigid.kernel import Rigids
+from fieldsim.numerics import quaternion
+from fieldsim.potentials import registry
+from fieldsim.sources.stages import Sources, Stages, tables, upload
+
+HOST = "cpu"
+
+
+def prescribed_tables(gravity: Sources, surfaces: Sources, times) -> tuple[Stages, Stages]:
+    """What prescribed bodies give at the stages `times`: their gravity, and their surfaces with their reach."""
+    fixed = with_reach(surfaces.fixed.rows, surfaces.fixed.kinds, len(surfaces))
+    moving = with_reach(surfaces.rows_at(times), surfaces.moving_kinds, len(surfaces))
+    return upload(gravity, times, HOST), tables(surfaces, fixed, moving, HOST)
+
+
+def state_of(starts) -> Rigids:
+    """The state at the start."""
+    state = Rigids()
+    motions = [start.body.motion for start in starts]
+    q = np.array([start.turn for start in starts])
+    turns = quaternion.matrices(q)
+    local = np.einsum("bji,bj->bi", turns, [motion.angular_velocity for motion in motions])
+    moments = np.array([start.moments for start in starts])
+    state.x = host_array([start.center for start in starts], wp.vec3d)
+    state.p = host_array([s.mass * np.array(m.velocity) for m, s in zip(motions, starts, strict=True)], wp.vec3d)
+    state.q = host_array(q[:, [1, 2, 3, 0]], wp.quatd)
+    state.spin = host_array(np.einsum("bij,bj->bi", turns, moments * local), wp.vec3d)
+    state.e = host_array(0.5 * np.sum(moments * local**2, axis=1), wp.float64)
+    state.e_rest = wp.zeros(len(starts), dtype=wp.float64, device=HOST)
+    for name in ("x_rest", "p_rest", "spin_rest", "force", "torque"):
+        setattr(state, name, wp.zeros(len(starts), dtype=wp.vec3d, device=HOST))
+    return state
+
+
+def masses_of(starts) -> Masses:
+    """Free bodies as gravity sees them."""
+    masses = Masses()
+    points, weights = zip(*(start.mass_points() for start in starts), strict=True)
+    masses.mass = host_array([start.mass for start in starts], wp.float64)
+    masses.inverse = host_array([1.0 / start.moments for start in starts], wp.vec3d)
+    masses.points, masses.first_point = host_array(np.concatenate(points), wp.vec3d), _firsts(points)
+    masses.weights = host_array(np.concatenate(weights), wp.float64)
+    _pack_rows(masses, [start.gravity_elements() for start in starts], registry.WIDTH)
+    return masses
+
+
+def shells_of(starts, stiffnesses) -> Shells:
+    """Free bodies as contact sees them; stiffnesses: one per body."""
+    shells = Shells()
+    found = [start.shell for start in starts if start.shell]
+    before = np.cumsum([0, *(len(shell.points) for shell in found)])
+    ends = [shell.ends + first for shell, first in zip(found, before, strict=False)]
+    shells.points = host_array(np.concatenate([np.zeros((0, 3)), *(shell.points for shell in found)]), wp.vec3d)
+    shells.weights = weights_of(starts, stiffnesses)
+    shells.blocks = host_array(np.concatenate([np.zeros((0, 4)), *(shell.blocks for shell in found)]), wp.vec4d)
+    shells.block_end = wp.array(np.concatenate([[], *ends]), dtype=wp.int32, device=HOST)
+    shells.first_block = _firsts([start.shell.ends if start.shell else () for start in starts])
+    _pack_rows(shells, [start.surface_elements() for start in starts], registry.WIDTH + 1)
+    reach = [np.linalg.norm(start.shell.points, axis=1).max() if start.shell else 0.0 for start in starts]
+    shells.reach = host_array(1.01 * np.array(reach), wp.float64)
+    return shells
+
+
+def that_feel(kind, table):
+    """A table (`Masses` or `Shells`, its kind) of the same bodies, which feel but have no fields of their own."""
+    feeling = kind()
+    for name in kind.vars:
+        setattr(feeling, name, getattr(table, name))
+    feeling.first_row = wp.zeros_like(table.first_row)
+    return feeling
+
+
+def weights_of(starts, stiffnesses):
+    """Area times stiffness of all points of surfaces; stiffnesses: one per body."""
+    weights = [k * start.shell.areas for start, k in zip(starts, stiffnesses, strict=True) if start.shell]
+    return host_array(np.concatenate([[], *weights]), wp.float64)
+
+
+def host_array(values, dtype):
+    """A Warp array on the host."""
+    return wp.array(np.asarray(values, dtype=float), dtype=dtype, device=HOST)
+
+
+def _firsts(parts):
+    """Where each part begins in all together, and the end of the last."""
+    return wp.array(np.cumsum([0, *(len(part) for part in parts)]), dtype=wp.int32, device=HOST)
+
+
+def _pack_rows(table, parts, width):
+    """Elements of all bodies into a table's rows, kinds and first_row."""
+    rows = np.concatenate([np.zeros((0, width)), *(part.rows for part in parts if len(part))])
+    table.rows = wp.array(rows, dtype=wp.float64, device=HOST)
+    table.kinds = wp.array(registry.concatenate(parts).kinds, dtype=wp.int32, device=HOST)
+    table.first_row = _firsts(parts)

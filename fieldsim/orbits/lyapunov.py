@@ -1,0 +1,165 @@
+"""Lyapunov exponents: how fast neighbouring orbits part, by the variational equations with the analytic Hessian.
+
+A tangent vector (dx, dv) moves by the linearised splitting: a drift adds dt drifts[j] dv to dx, a kick adds
+dt kicks[j] H dx to dv, H the Hessian of F. That is the exact derivative of the numerical orbit, and symplectic as it
+is. Vectors are made orthonormal now and then, and what they had grown is summed (Benettin et al. 1980).
+"""
+
+import dataclasses
+import functools
+
+import numpy as np
+import warp as wp
+
+from fieldsim import validate
+from fieldsim.dynamics.refusals import refuse
+from fieldsim.dynamics.simulation import Simulation
+from fieldsim.dynamics.splitting.kernels import Method, Particle, method_of, particle_at, put
+from fieldsim.dynamics.state import State, added
+from fieldsim.errors import InputError
+from fieldsim.launch import checked_threads, launch
+from fieldsim.orbits.poincare import splitting_for
+from fieldsim.sources.stages import Stages, hessian_at
+from fieldsim.world.world import given_world
+
+MOST_SAMPLES = 1_000_000
+# Tangent vectors are made orthonormal every so many steps, before they fall onto one another.
+EVERY = wp.constant(16)
+
+
+@dataclasses.dataclass(frozen=True)
+class Lyapunov:
+    """Exponents of N particles, in 1 / time, as they converge: times (T,), exponents (T, N, count), largest first.
+
+    A regular orbit's fall like log(t) / t; a chaotic orbit's settle at the inverse of its Lyapunov time.
+    """
+
+    times: np.ndarray
+    exponents: np.ndarray
+
+    @property
+    def largest(self) -> np.ndarray:
+        """The largest exponent of each particle at the end, (N,)."""
+        return self.exponents[-1, :, 0]
+
+
+def lyapunov(
+    world, duration: float, integrator=None, *, count=1, samples=100, seed=0, device=None, threads=None
+) -> Lyapunov:
+    """Lyapunov exponents of the particles of `world` over `duration`: how fast neighbours of each part from it.
+
+    Bodies move as they do in a simulation, free ones too: no particle acts on them.
+    count: how many exponents, 1..6; samples: equally spaced times at which they are given; seed: of the first tangent
+    vectors. integrator: a splitting without force gradients (`Leapfrog()` unless told). Raises InputError for others,
+    and where particles have a contact law, may escape or pull each other.
+    """
+    given_world("lyapunov", world)
+    refuse("lyapunov", "lyapunov", world)
+    duration = validate.number("lyapunov", "duration", duration, above=0.0)
+    # As many as phase space has dimensions.
+    count = validate.whole("lyapunov", "count", count, at_least=1, at_most=6)
+    samples = validate.whole("lyapunov", "samples", samples, at_least=1, at_most=MOST_SAMPLES)
+    seed = validate.seed("lyapunov", seed)
+    threads = checked_threads("lyapunov", threads)
+    integrator = splitting_for("lyapunov", integrator)
+    if any(integrator.gradients):
+        name = type(integrator).__name__
+        raise InputError(f"lyapunov: {name} has force gradients, whose derivative is not known; give fs.BlanesMoan6")
+    simulation = _Tangent(world, integrator, device=device, threads=threads)
+    simulation.begin(count, seed)
+    times = np.linspace(0.0, duration, samples + 1)[1:]
+    rows = []
+    for time in times:
+        simulation.advance(time)
+        rows.append(simulation.growth.numpy() / time)
+    return Lyapunov(times, np.array(rows))
+
+
+class _Tangent(Simulation):
+    """A simulation that carries tangent vectors along."""
+
+    def begin(self, count, seed):
+        """Start with random orthonormal tangent vectors."""
+        frames = np.linalg.qr(np.random.default_rng(seed).normal(size=(self._count, 6, count)))[0]
+        halves = frames[:, :3], frames[:, 3:]
+        self._dx, self._dv = (
+            wp.array(np.ascontiguousarray(np.swapaxes(half, 1, 2)), dtype=wp.vec3d, device=self.device)
+            for half in halves
+        )
+        self.growth = wp.zeros((self._count, count), dtype=wp.float64, device=self.device)
+
+    def _fly(self, steps, start, dt, gravity):
+        method = method_of(self.integrator, dt, self.device)
+        options = {"device": self.device, "grain": 2, "threads": self.threads}
+        tangent = [self._dx, self._dv]
+        kernel = tangent_kernel(self._gravity.kinds_used)
+        outputs = [self._state, *tangent, self.growth]
+        launch(kernel, self._count, [len(steps), method, gravity], outputs, **options)
+
+
+@wp.func
+def orthonormalise(
+    i: int,
+    dx: wp.array2d(dtype=wp.vec3d),
+    dv: wp.array2d(dtype=wp.vec3d),
+    growth: wp.array2d(dtype=wp.float64),
+):
+    """Gram-Schmidt on a particle's tangent vectors; `growth` sums the logarithms of the lengths that it finds."""
+    for k in range(dx.shape[1]):
+        for other in range(k):
+            share = wp.dot(dx[i, k], dx[i, other]) + wp.dot(dv[i, k], dv[i, other])
+            dx[i, k] = dx[i, k] - share * dx[i, other]
+            dv[i, k] = dv[i, k] - share * dv[i, other]
+        size = wp.sqrt(wp.dot(dx[i, k], dx[i, k]) + wp.dot(dv[i, k], dv[i, k]))
+        growth[i, k] = growth[i, k] + wp.log(size)
+        dx[i, k] = dx[i, k] / size
+        dv[i, k] = dv[i, k] / size
+
+
+@functools.cache
+def tangent_kernel(kinds_used):
+    """Kernel: the steps of a launch for particles and their tangent vectors dx, dv (N, count)."""
+    jet = hessian_at(kinds_used)
+
+    @wp.func
+    def turn(dx: wp.array2d(dtype=wp.vec3d), dv: wp.array2d(dtype=wp.vec3d), i: int, bend: wp.mat33d):
+        for k in range(dx.shape[1]):
+            dv[i, k] = dv[i, k] + bend * dx[i, k]
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def follow(
+        start: int,
+        steps: int,
+        method: Method,
+        gravity: Stages,
+        state: State,
+        dx: wp.array2d(dtype=wp.vec3d),
+        dv: wp.array2d(dtype=wp.vec3d),
+        growth: wp.array2d(dtype=wp.float64),
+    ):
+        i = start + wp.tid()
+        p = particle_at(state, i)
+        a, hessian = jet(p.x, gravity, 0)
+        x = p.x
+        v = p.v
+        x_rest = p.x_rest
+        v_rest = p.v_rest
+        for step in range(steps):
+            if method.opening != wp.float64(0.0):
+                v, v_rest = added(v, v_rest, method.opening * a)
+                turn(dx, dv, i, method.opening * hessian)
+            for j in range(method.stages):
+                x, x_rest = added(x, x_rest, method.drifts[j] * v)
+                for k in range(dx.shape[1]):
+                    dx[i, k] = dx[i, k] + method.drifts[j] * dv[i, k]
+                if method.kicks[j] != wp.float64(0.0):
+                    g, bend = jet(x, gravity, step * method.stages + j + 1)
+                    a = g
+                    hessian = bend
+                    v, v_rest = added(v, v_rest, method.kicks[j] * a)
+                    turn(dx, dv, i, method.kicks[j] * hessian)
+            if (step + 1) % EVERY == 0 or step + 1 == steps:
+                orthonormalise(i, dx, dv, growth)
+        put(state, i, Particle(x, v, x_rest, v_rest, a))
+
+    return follow

@@ -59,8 +59,8 @@ from fieldsim.potentials.skeletons.shapes import bezier, box, catmull_rom, disc,
 from fieldsim.potentials.skeletons.solid import solid, solid_faces
 from fieldsim.recording import Recorded, Recording
 from fieldsim.render.camera import Camera
-from fieldsim.render.image import Renderer, render
-from fieldsim.render.video import Film
+from fieldsim.render.output.video import Film
+from fieldsim.render.renderer import Renderer, render
 from fieldsim.scenario import Scenario, load
 from fieldsim.world.body import Body
 from fieldsim.world.contact import Absorb, Bounce, Repulsion, Status

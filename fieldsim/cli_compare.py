@@ -27,7 +27,7 @@ def compare_command(build, name):
 def _compare(build, name, told, options):
     from fieldsim import comparing, plots
     from fieldsim.launch import device_named
-    from fieldsim.render.solvers import solver_named
+    from fieldsim.render.solvers.by_name import solver_named
 
     out = options["out"] or f"{name}-compare.png"
     names = options["solver"] or ("hermite", "referee")

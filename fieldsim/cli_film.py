@@ -11,7 +11,7 @@ from fieldsim import scenario as scenarios
 from fieldsim.cli_types import Device, FilePath, Integrator, Positive, Size
 from fieldsim.errors import FieldsimWarning, InputError, ScenarioError
 from fieldsim.render.layers import LAYERS
-from fieldsim.render.solids_skeleton import MODES
+from fieldsim.render.solids.skeleton import MODES
 
 
 def _switch_debug(ctx, param, value):
@@ -181,7 +181,7 @@ def _film(build, name, adapt, told, options):
     from fieldsim import filming, plots
     from fieldsim.launch import device_named
     from fieldsim.recording import Recording
-    from fieldsim.render.video import Film
+    from fieldsim.render.output.video import Film
 
     out, energy_plot = options.pop("out"), options.pop("energy_plot")
     with usage():

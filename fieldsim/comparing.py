@@ -10,7 +10,7 @@ from fieldsim import plots
 from fieldsim.errors import InputError
 from fieldsim.filming import snapshot_at
 from fieldsim.render.camera import Camera
-from fieldsim.render.image import Renderer
+from fieldsim.render.renderer import Renderer
 from fieldsim.scenario import Scenario
 from fieldsim.world.world import Snapshot
 

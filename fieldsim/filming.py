@@ -15,10 +15,10 @@ from fieldsim.dynamics.diagnostics.energy_log import EnergyLog, EnergyReport
 from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.launch import device_named
 from fieldsim.recording import Recorded, Recording, about_run
-from fieldsim.render.image import QUALITIES, Renderer
 from fieldsim.render.layers import LAYERS, LayerPictures
-from fieldsim.render.solids_skeleton import MODES
-from fieldsim.render.video import Film
+from fieldsim.render.output.video import Film
+from fieldsim.render.renderer import QUALITIES, Renderer
+from fieldsim.render.solids.skeleton import MODES
 from fieldsim.scenario import Scenario
 from fieldsim.world.motion import timeline
 

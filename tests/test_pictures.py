@@ -12,8 +12,8 @@ from test_texture_images import DARK, RAMP, SIZE, TAU, check
 import fieldsim as fs
 from fieldsim.errors import InputError
 from fieldsim.launch import launch
-from fieldsim.render.pictures import looked_up, pyramid, uploaded
-from fieldsim.render.sky import AMBIENT, FILL
+from fieldsim.render.materials.mipmaps import looked_up, pyramid, uploaded
+from fieldsim.render.shading.sky import AMBIENT, FILL
 from fieldsim.world.color import color_rgb, linear_of
 from fieldsim.world.pixels import Pixels
 

@@ -9,9 +9,9 @@ import referee_scenes
 import fieldsim as fs
 from fieldsim.comparing import compare_depths
 from fieldsim.potentials import registry
+from fieldsim.potentials.bounds import safe_step
 from fieldsim.potentials.bounds.distance import DISTANCES
-from fieldsim.render import safe_steps
-from fieldsim.render.referee import Referee
+from fieldsim.render.solvers.referee import Referee
 
 PRIMITIVES = {
     fs.Point: fs.Point((0.1, 0.2, -0.1)),
@@ -28,7 +28,7 @@ def element(kernel, primitive, width=None):
     """An element's bounded row and its cell."""
     kernel = kernel(width or WIDTHS.get(kernel, 0.6))
     packed = registry.pack([primitive], [kernel], [2.0], [1.5 if isinstance(kernel, fs.Gaussian) else 0.0])
-    rows, bend = safe_steps.with_bounds(packed)
+    rows, bend = safe_step.with_bounds(packed)
     return rows, bend, registry.cell_of(kernel, primitive)
 
 
@@ -47,10 +47,10 @@ def test_no_field_changes_more_than_its_bounds_allow(kernel, primitive):
         slope = here[1:] @ d
         # Rounding of the field and of the points.
         slack = 1e-10 * (1.0 + abs(here[0]) + bend * delta * 1e-3)
-        high = safe_steps.rise(here[0], slope, away, delta, rows, 0)
-        low = safe_steps.fall(here[0], slope, away, delta, rows, 0)
+        high = safe_step.rise(here[0], slope, away, delta, rows, 0)
+        low = safe_step.fall(here[0], slope, away, delta, rows, 0)
         assert low - slack <= there[0] <= high + slack
-        assert here[0] <= safe_steps.ceiling(away, rows, 0) * (1 + 1e-9)
+        assert here[0] <= safe_step.ceiling(away, rows, 0) * (1 + 1e-9)
         assert abs(there[0] - here[0] - slope * delta) <= 0.5 * bend * delta**2 + slack
         tight += high - low <= 0.5 * abs(here[0])
     # Bounds that hold but leave all room would be of no use.
@@ -64,7 +64,7 @@ def test_slopes_and_curvatures_of_compact_kernels(kernel):
     h = np.array([cell.jet(float(x), 0.0, 0.0, rows, 0)[:5] for x in r])
     steepest = np.abs(h[:, 1] / (2 * np.sqrt(h[:, 0]))).max()
     # The greatest itself, to the digits of the constant.
-    assert steepest <= rows[0, safe_steps.SLOPE] * (1 + 1e-12) <= 1.001 * steepest
+    assert steepest <= rows[0, safe_step.SLOPE] * (1 + 1e-12) <= 1.001 * steepest
     sharpest = max(np.abs(h[:, 4]).max(), np.abs(h[:, 1] / r).max())
     assert sharpest <= bend * (1 + 1e-9) <= 1.01 * sharpest
 

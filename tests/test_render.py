@@ -9,7 +9,7 @@ from fieldsim.potentials.primitives.arc import Arc
 from fieldsim.potentials.primitives.point import Point
 from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.render.camera import Camera
-from fieldsim.render.image import Renderer
+from fieldsim.render.renderer import Renderer
 from fieldsim.world.body import Body
 from fieldsim.world.material import Material
 from fieldsim.world.world import World

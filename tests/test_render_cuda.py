@@ -9,14 +9,14 @@ from fieldsim.potentials.kernels import Gaussian
 from fieldsim.potentials.primitives.point import Point
 from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.potentials.primitives.tapered import TaperedSegment
-from fieldsim.render import lighting
-from fieldsim.render.bounce import ray_kernel
 from fieldsim.render.camera import Camera
-from fieldsim.render.image import render
-from fieldsim.render.primary import trace_kernel
-from fieldsim.render.referee import describe_kernel, march_kernel
-from fieldsim.render.shading import shade_kernel
-from fieldsim.render.solvers import SOLVERS
+from fieldsim.render.renderer import render
+from fieldsim.render.shading import subtle
+from fieldsim.render.shading.lights import shade_kernel
+from fieldsim.render.shading.reflection import ray_kernel
+from fieldsim.render.solvers.by_name import SOLVERS
+from fieldsim.render.solvers.primary import trace_kernel
+from fieldsim.render.solvers.referee import describe_kernel, march_kernel
 from fieldsim.world.body import Body
 from fieldsim.world.material import Material
 from fieldsim.world.world import World
@@ -29,7 +29,7 @@ KINDS = tuple(
 )
 
 
-@pytest.mark.parametrize("kernel_of", [trace_kernel, shade_kernel, ray_kernel, lighting.shade_kernel])
+@pytest.mark.parametrize("kernel_of", [trace_kernel, shade_kernel, ray_kernel, subtle.shade_kernel])
 @pytest.mark.parametrize("in_scratch", [False, True])
 def test_tracing_and_shading_compile_for_cuda(kernel_of, in_scratch, tmp_path):
     # In scratch only where the intervals live differs; few cells show that.
@@ -53,7 +53,7 @@ def test_the_referee_compiles_for_cuda(kernel_of, tmp_path):
 
 
 def test_candidate_lists_and_smoothing_compile_for_cuda(tmp_path):
-    for name in ("candidates", "image", "bounce", "fog", "solids"):
+    for name in ("scene.candidates", "renderer", "shading.reflection", "shading.fog", "solids.overlay"):
         wp.compile_aot_module(f"fieldsim.render.{name}", arch=90, use_ptx=True, module_dir=tmp_path / name)
         assert list((tmp_path / name).glob("*.ptx"))
 

@@ -8,11 +8,12 @@ import warp as wp
 from referee_scenes import scenes
 
 import fieldsim as fs
-from fieldsim.render import bells, shadows
-from fieldsim.render.lanes import CPU_WIDTH, OPTIONS, cpp
-from fieldsim.render.packing import picked
-from fieldsim.render.primary_bells import bells_kernel
-from fieldsim.render.stage import Stage
+from fieldsim.render.device_scene import Stage
+from fieldsim.render.scene.compaction import picked
+from fieldsim.render.shading import packet_shadows
+from fieldsim.render.solvers.packet import gaussian_elements
+from fieldsim.render.solvers.packet.packet_kernel import bells_kernel
+from fieldsim.render.solvers.packet.simd import CPU_WIDTH, OPTIONS, cpp
 
 SIZE = (65, 50)  # tiles and groups that are not full
 CAMERA = fs.Camera((2.3, -2.6, 1.6), fov=24)
@@ -50,7 +51,7 @@ def test_functions_in_lanes(width):
     store(told.data, 3, i0); store(told.data, 4, difference); store(told.data, 5, narrow(wide(x) * wide(x)));
     """
 
-    @wp.func_native(cpp(width, bells.BESSEL + body))
+    @wp.func_native(cpp(width, gaussian_elements.BESSEL + body))
     def functions(given: wp.array(dtype=float), told: wp.array(dtype=float)): ...
 
     @wp.kernel(module="unique", enable_backward=False, module_options=OPTIONS)
@@ -177,8 +178,8 @@ def test_picked():
 def test_one_lane_compiles_for_cuda(kind, tmp_path):
     kernels = {
         "primary": bells_kernel(kind, 1),
-        "shade": shadows.shade_kernel(kind, 1, True),
-        "cells": shadows.cells_kernel(kind, 1),
+        "shade": packet_shadows.shade_kernel(kind, 1, True),
+        "cells": packet_shadows.cells_kernel(kind, 1),
     }
     for name, kernel in kernels.items():
         wp.compile_aot_module(kernel.module, arch=90, use_ptx=True, module_dir=tmp_path / name)
@@ -191,7 +192,7 @@ def test_rays_through_a_hump_and_out_again_stop_at_the_first(name, monkeypatch):
     scene = scenes()[name]()
     snapshot, size = scene.snapshot(), (512, 512)
     seen, _ = fs.Renderer(size).depth_and_normals(snapshot, scene.camera)
-    monkeypatch.setattr(bells, "kind_of", lambda bounded: "")
+    monkeypatch.setattr(gaussian_elements, "kind_of", lambda bounded: "")
     true, _ = fs.Renderer(size).depth_and_normals(snapshot, scene.camera)
     both = np.isfinite(seen) & np.isfinite(true)
     assert both.sum() > 50_000

@@ -7,8 +7,8 @@ from test_render import rays
 import fieldsim as fs
 from fieldsim.errors import InputError
 from fieldsim.render import layers as of
-from fieldsim.render.image import Renderer
 from fieldsim.render.layers import LAYERS, LayerPictures
+from fieldsim.render.renderer import Renderer
 
 SIZE = (65, 49)
 CAMERA = fs.Camera((4, 0, 0.5), fov=34)

@@ -7,8 +7,8 @@ import pytest
 from PIL import Image
 
 import fieldsim as fs
-from fieldsim.render import image
-from fieldsim.render.image import Renderer
+from fieldsim.render import renderer
+from fieldsim.render.renderer import Renderer
 from fieldsim.world.color import color_rgb
 
 SKY = fs.Background(top="#ff2040", bottom="#2040ff", stars=0.0)
@@ -339,7 +339,7 @@ def test_pictures_too_large_for_memory_are_the_same_in_bands(monkeypatch):
     world.add_shape(fs.Ground((0, 0, -0.5), checker="white"))
     camera = fs.Camera(eye=(2.5, -2.0, 1.5), aperture=0.0)
     whole = Renderer((90, 50)).frame(world.at(0.0), camera)
-    monkeypatch.setattr(image, "_MOST_PIXELS", 90 * 7)
+    monkeypatch.setattr(renderer, "_MOST_PIXELS", 90 * 7)
     np.testing.assert_array_equal(Renderer((90, 50)).frame(world.at(0.0), camera), whole)
 
 

@@ -12,7 +12,7 @@ from fieldsim.potentials.primitives.arc import Arc
 from fieldsim.potentials.primitives.point import Point
 from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.render.camera import Camera
-from fieldsim.render.image import Renderer, render
+from fieldsim.render.renderer import Renderer, render
 from fieldsim.world.body import Body
 from fieldsim.world.light import Background, DirectionalLight, PointLight
 from fieldsim.world.material import Material

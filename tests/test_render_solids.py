@@ -18,9 +18,9 @@ from fieldsim.potentials.primitives.point import Point
 from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.potentials.primitives.triangle import Triangle
 from fieldsim.potentials.skeletons.shapes import box as box_triangles
-from fieldsim.render import solids_skeleton
 from fieldsim.render.camera import Camera
-from fieldsim.render.image import Renderer
+from fieldsim.render.renderer import Renderer
+from fieldsim.render.solids import skeleton
 from fieldsim.world.body import Body
 from fieldsim.world.light import DirectionalLight, PointLight
 from fieldsim.world.material import Material
@@ -398,12 +398,12 @@ def test_triangles_are_their_edges_as_lines():
 
 
 def test_every_primitive_can_be_drawn_hard():
-    drawn = {solids_skeleton._shape_of(cell.primitive) for cell in registry.CELLS.values()}
+    drawn = {skeleton._shape_of(cell.primitive) for cell in registry.CELLS.values()}
     assert drawn == {"Point", "Segment", "Arc", "Triangle", "Plane"}
 
 
 def test_shapes_compile_for_cuda(tmp_path):
-    wp.compile_aot_module("fieldsim.render.solids", arch=90, use_ptx=True, module_dir=tmp_path)
+    wp.compile_aot_module("fieldsim.render.solids.overlay", arch=90, use_ptx=True, module_dir=tmp_path)
     assert list(tmp_path.glob("*.ptx"))
 
 

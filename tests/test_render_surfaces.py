@@ -6,7 +6,7 @@ import pytest
 import fieldsim as fs
 from fieldsim.potentials import registry
 from fieldsim.potentials.registry import CELLS
-from fieldsim.render import bounds
+from fieldsim.render.scene import bounds
 
 RADIUS = 0.22
 CAMERA = fs.Camera((2.6, -1.9, 1.4), fov=36)

@@ -12,10 +12,12 @@ import fieldsim as fs
 from fieldsim import launch
 from fieldsim.comparing import compare, compare_depths
 from fieldsim.potentials import registry
-from fieldsim.render import hermite, laguerre
-from fieldsim.render.polynomials import Polynomial, first_rise
-from fieldsim.render.referee import Referee
-from fieldsim.render.volumes import pierce_sphere
+from fieldsim.render.scene.intervals import insert
+from fieldsim.render.scene.tables import Scene
+from fieldsim.render.scene.volumes import pierce_sphere
+from fieldsim.render.solvers import laguerre
+from fieldsim.render.solvers.polynomials import Polynomial, first_rise
+from fieldsim.render.solvers.referee import Referee
 
 CAMERA = fs.Camera((1.2, -3.4, 1.6), fov=36)
 
@@ -55,7 +57,7 @@ def _rays_kernel(first_hit, kinds):
     @wp.kernel(module="unique", enable_backward=False)
     def trace(
         start: int,
-        scene: hermite.Scene,
+        scene: Scene,
         eye: wp.vec3,
         directions: wp.array(dtype=wp.vec3),
         found: wp.array(dtype=float),
@@ -69,7 +71,7 @@ def _rays_kernel(first_hit, kinds):
             center = wp.vec3(scene.rows[i, 5], scene.rows[i, 6], scene.rows[i, 7])
             t0, t1 = pierce_sphere(eye, directions[n], center, scene.rows[i, 1])
             if t0 < t1:
-                count = hermite.insert(ids, t0s, t1s, count, i, t0, t1)
+                count = insert(ids, t0s, t1s, count, i, t0, t1)
         hit, _side = sweep(scene, eye, directions[n], 0.0, 100.0, 0.0, ids, t0s, t1s, count)
         found[n] = hit
 
@@ -84,7 +86,7 @@ def test_laguerre_solves_polynomial_kernels_exactly():
     directions = np.array((-1.2, 3.4, -1.6)) + rng.uniform(-0.9, 0.9, (1500, 3))
     directions = (directions / np.linalg.norm(directions, axis=1, keepdims=True)).astype(np.float32)
     expected, _ = Referee(elements).first_hits(CAMERA.eye, directions)
-    scene = hermite.Scene()
+    scene = Scene()
     scene.rows = wp.array(elements.rows, dtype=float, ndim=2, device="cpu")
     scene.kinds = wp.array(elements.kinds, dtype=int, device="cpu")
     found = wp.full(1500, np.nan, dtype=float, device="cpu")

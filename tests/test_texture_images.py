@@ -10,8 +10,8 @@ from test_render import rays
 import fieldsim as fs
 from fieldsim.launch import launch
 from fieldsim.potentials.skeletons.shapes import box as box_triangles
-from fieldsim.render.sky import AMBIENT, FILL
-from fieldsim.render.textures import beside
+from fieldsim.render.materials.textures import beside
+from fieldsim.render.shading.sky import AMBIENT, FILL
 from fieldsim.world.color import linear_of
 from fieldsim.world.shapes import frame_along
 

@@ -6,7 +6,7 @@ import warp as wp
 
 from fieldsim.errors import InputError
 from fieldsim.launch import launch
-from fieldsim.render.textures import blend_at
+from fieldsim.render.materials.textures import blend_at
 from fieldsim.world.color import color_rgb
 from fieldsim.world.material import Material
 from fieldsim.world.texture import Checker, Clouds, Marble, Wood

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from fieldsim.errors import FieldsimWarning, FilmError, InputError
-from fieldsim.render.video import Film
+from fieldsim.render.output.video import Film
 
 
 def frames(count, width, height):
@@ -261,7 +261,7 @@ def test_a_full_disk_is_a_film_error(tmp_path, name):
         import resource, sys
         import numpy as np
         from fieldsim.errors import FilmError
-        from fieldsim.render.video import Film
+        from fieldsim.render.output.video import Film
 
         noise = np.random.default_rng(1)
         resource.setrlimit(resource.RLIMIT_FSIZE, (20000, 20000))
@@ -287,7 +287,7 @@ def test_whole_pictures_of_a_sequence_survive_a_full_disk(tmp_path, monkeypatch)
         if path.name == "2":
             raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(sys.modules["fieldsim.render.video"], "_write_png", full)
+    monkeypatch.setattr(sys.modules["fieldsim.render.output.video"], "_write_png", full)
     with pytest.raises(FilmError, match=r"writing failed, .*frames keeps the 2 frames made before: No space left"):
         written(f"{tmp_path}/frames/")
     assert names(tmp_path / "frames") == ["frame_0000.png", "frame_0001.png"]

@@ -20,7 +20,7 @@ from fieldsim.mujoco.scene import Scene
 from fieldsim.potentials.kernels import Newtonian
 from fieldsim.potentials.primitives.circle import Circle
 from fieldsim.render.camera import Camera
-from fieldsim.render.image import Renderer
+from fieldsim.render.renderer import Renderer
 from fieldsim.world.body import Body
 from fieldsim.world.light import Background
 from fieldsim.world.material import Material

@@ -15,7 +15,7 @@ import numpy as np
 import warp as wp
 
 from fieldsim.errors import InputError
-from fieldsim.render.hits import BALLS, SOLIDS, Hits, exact_depth
+from fieldsim.render.scene.hits import BALLS, SOLIDS, Hits, exact_depth
 
 LAYERS = ("depth", "normal", "weights", "steps")
 NOTHING, BODY, PARTICLE, SHAPE = range(4)

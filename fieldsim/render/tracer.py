@@ -4,14 +4,15 @@ import numpy as np
 import warp as wp
 
 from fieldsim.launch import launch
-from fieldsim.render import bounce, layers, lighting, shading, shadows
-from fieldsim.render.fog import fog_kernel
-from fieldsim.render.gather import CAMERA, REFLECTED, TRANSMITTED
-from fieldsim.render.hits import Hits
-from fieldsim.render.lanes import CPU_WIDTH, group_of
-from fieldsim.render.primary import OVERFLOW, trace_kernel
-from fieldsim.render.primary_bells import bells_kernel
-from fieldsim.render.solvers import solver_named
+from fieldsim.render import layers
+from fieldsim.render.scene.hits import Hits
+from fieldsim.render.scene.intervals import CAMERA, REFLECTED, TRANSMITTED
+from fieldsim.render.shading import lights, packet_shadows, reflection, subtle
+from fieldsim.render.shading.fog import fog_kernel
+from fieldsim.render.solvers.by_name import solver_named
+from fieldsim.render.solvers.packet.packet_kernel import bells_kernel
+from fieldsim.render.solvers.packet.simd import CPU_WIDTH, group_of
+from fieldsim.render.solvers.primary import OVERFLOW, trace_kernel
 
 _SCRATCH = 1 << 22  # intervals held in global memory at a time
 _HIT_FIELDS = {
@@ -63,9 +64,9 @@ class Tracer:
     def _onward(self, stage, hits, count, ray) -> Hits:
         """What rays (N,) from places in the scene meet."""
         inputs = [ray, stage.scene, stage.tree, stage.balls]
-        launch(bounce.ray_kernel(stage.kinds), count, [*inputs, hits], device=self.device)
+        launch(reflection.ray_kernel(stage.kinds), count, [*inputs, hits], device=self.device)
         late = np.flatnonzero(hits.thing.numpy()[:count] == int(OVERFLOW))
-        self._launch_late(bounce.ray_kernel(stage.kinds, True), late, stage, inputs, [hits])
+        self._launch_late(reflection.ray_kernel(stage.kinds, True), late, stage, inputs, [hits])
         return self._finished(stage, hits, count, ray)
 
     def _finished(self, stage, hits, count, ray):
@@ -80,9 +81,9 @@ class Tracer:
         parts = None
         if stage.optical:
             parts = [wp.empty(count, dtype=wp.vec3, device=self.device) for _ in range(2)]
-            launch(bounce.part, count, [hits], parts, device=self.device)
+            launch(reflection.part, count, [hits], parts, device=self.device)
         color = self._shade(stage, hits, count)
-        if stage.optical and depth < bounce.DEEPEST:
+        if stage.optical and depth < reflection.DEEPEST:
             for ray, share in zip((REFLECTED, TRANSMITTED), parts, strict=True):
                 self._bounce(stage, hits, count, ray, share, weight, depth, color)
         if stage.fog is not None:
@@ -92,7 +93,7 @@ class Tracer:
     def _bounce(self, stage, hits, count, ray, share, weight, depth, color):
         """Send on the rays of one kind that matter, and add what they bring back."""
         slot = wp.empty(count, dtype=int, device=self.device)
-        launch(bounce.worth, count, [share, weight], [slot], device=self.device)
+        launch(reflection.worth, count, [share, weight], [slot], device=self.device)
         wp.utils.array_scan(slot, slot, inclusive=True)
         number = int(slot[count - 1 :].numpy()[0])
         if not number:
@@ -101,16 +102,16 @@ class Tracer:
         if onward.origin.shape[0] < number:
             onward.origin = wp.empty(onward.depth.shape[0], dtype=wp.vec3, device=self.device)
         onward_weight = wp.empty(number, dtype=float, device=self.device)
-        launch(bounce.send, count, [ray, slot, share, weight, hits, onward], [onward_weight], device=self.device)
+        launch(reflection.send, count, [ray, slot, share, weight, hits, onward], [onward_weight], device=self.device)
         self._onward(stage, onward, number, ray)
         found = self._lit(stage, onward, number, onward_weight, depth + 1)
-        launch(bounce.bring_back, count, [slot, share, found], [color], device=self.device)
+        launch(reflection.bring_back, count, [slot, share, found], [color], device=self.device)
 
     def _shade(self, stage, hits, count):
         """Colours under the lights alone."""
         color = wp.empty(count, dtype=wp.vec3, device=self.device)
         rays = wp.empty(count, dtype=int, device=self.device)
-        kernel_of = lighting.shade_kernel if stage.subtle else shading.shade_kernel
+        kernel_of = subtle.shade_kernel if stage.subtle else lights.shade_kernel
         light = [stage.balls, stage.shapes, stage.lights, stage.sky]
         if stage.bells and not stage.subtle:
             self._shade_bells(stage, hits, color, rays)
@@ -138,12 +139,12 @@ class Tracer:
         blockers, kind = stage.blockers, (stage.bells, self._lanes)
         cell = wp.empty((blockers.light.shape[0], color.shape[0]), dtype=int, device=self.device)
         arguments = [stage.table, blockers, stage.balls, stage.lights, stage.sky, hits, color, rays, cell]
-        kernel = shadows.shade_kernel(*kind, bool(blockers.tree))
+        kernel = packet_shadows.shade_kernel(*kind, bool(blockers.tree))
         self._launch_groups(kernel, color.shape[0], arguments)
         if cell.shape[0]:
-            key, ids = shadows.by_cell(cell.flatten(), blockers.first.shape[0])
+            key, ids = packet_shadows.by_cell(cell.flatten(), blockers.first.shape[0])
             arguments = [stage.table, blockers, stage.lights, hits, key, ids, color, rays]
-            self._launch_groups(shadows.cells_kernel(*kind), key.shape[0], arguments)
+            self._launch_groups(packet_shadows.cells_kernel(*kind), key.shape[0], arguments)
 
     def _buffers(self, name, count, stage, exact=False) -> Hits:
         """Hits with room for `count` samples, kept under `name`."""

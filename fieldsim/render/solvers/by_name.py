@@ -1,0 +1,111 @@
+"""How rays find surfaces, by name: `Renderer(solver=...)`.
+
+| name | method | surfaces |
+|---|---|---|
+| hermite | cubic Hermite pieces of log F, certified by the true field: the default | all that are rendered |
+| lagrange | one quartic an element through five samples, as published in 1998; its error shows | as hermite |
+| laguerre | exact polynomials along the ray, roots by Laguerre's method | Points: Quartic, SoftObject |
+| numeric | samples of the true field, regula falsi where the sign changes | as hermite |
+| referee | safe steps on the true field in float64: slow, misses nothing | all that safe steps know |
+
+They differ in primary rays; shadows are the default's.
+"""
+
+import difflib
+
+import numpy as np
+import warp as wp
+
+from fieldsim import validate
+from fieldsim.errors import InputError
+from fieldsim.potentials import registry
+from fieldsim.potentials.bounds import safe_step
+from fieldsim.render.scene.candidates import TILE, Candidates
+from fieldsim.render.solvers import hermite, lagrange, laguerre, numeric
+from fieldsim.render.solvers.referee import Referee
+
+
+class Solver:
+    """A sweep for sorted intervals in the tracing kernel. known: the cells that it solves, None for all."""
+
+    def __init__(self, name, first_hit, *, known=None, polish=0.01):
+        self.name = name
+        self.options = {"first_hit": first_hit, "polish": polish}
+        self._known = known
+
+    def check(self, elements: registry.Elements) -> None:
+        """Raise InputError for elements that the solver cannot do."""
+        for cell in _cells(elements):
+            if self._known is not None and (cell.kernel, cell.primitive) not in self._known:
+                raise InputError(
+                    f"the solver {self.name!r} cannot do {cell.kernel.__name__} on {cell.primitive.__name__}, only "
+                    + ", ".join(f"{k.__name__} on {p.__name__}" for k, p in self._known)
+                    + "; give solver='hermite'"
+                )
+
+    def lists(self, stage) -> Candidates:
+        """The candidates among which the tracing kernel looks."""
+        return stage.lists
+
+    def finish(self, stage, samples, hits) -> None:
+        """What is left to do after the tracing kernel."""
+
+
+class SafeSteps(Solver):
+    """The referee. The tracing kernel sees everything but the surfaces, and the referee puts them in front."""
+
+    def __init__(self, name):
+        super().__init__(name, hermite.first_hit)
+
+    def check(self, elements):
+        """Raise InputError for elements beside which no step is known to be safe."""
+        for cell in _cells(elements):
+            safe_step.check(cell)
+
+    def lists(self, stage):
+        """Empty ones."""
+        tiles = stage.view.tiles * -(-stage.view.height // TILE)
+        device = stage.lists.ids.device
+        nothing = Candidates()
+        nothing.first = wp.zeros(tiles + 1, dtype=int, device=device)
+        nothing.ids, nothing.near = stage.lists.ids, stage.lists.near
+        return nothing
+
+    def finish(self, stage, samples, hits):
+        """Write surface hits over what lies behind them."""
+        count, view = samples.shape[0], stage.view
+        x, y = samples.numpy().astype(float).T
+        corner, across, down = (np.array(v, dtype=float) for v in (view.corner, view.across, view.down))
+        directions = corner + x[:, None] * across + y[:, None] * down
+        directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+        referee = Referee(stage.surface.elements, stage.lists.ids.device)
+        depths, normals = referee.first_hits(stage.eye, directions)
+        behind = hits.thing.numpy()[:count] != -1
+        far = np.where(behind, hits.depth.numpy()[:count].astype(float) * stage.unit, np.inf)
+        which = np.flatnonzero(depths < far)
+        points = stage.eye + depths[which, None] * directions[which]
+        referee.describe(hits, which, depths[which] / stage.unit, normals[which], points, stage)
+
+
+def _cells(elements):
+    used = elements.kinds_used
+    return [cell for cell in registry.CELLS.values() if cell.kind in used]
+
+
+SOLVERS = {
+    "hermite": Solver("hermite", hermite.first_hit),
+    # Without a look at the true field afterwards.
+    "lagrange": Solver("lagrange", lagrange.first_hit, polish=0.0),
+    "laguerre": Solver("laguerre", laguerre.first_hit, known=laguerre.CELLS),
+    "numeric": Solver("numeric", numeric.first_hit),
+    "referee": SafeSteps("referee"),
+}
+
+
+def solver_named(name: str) -> Solver:
+    """The solver of that name; raises InputError for an unknown one."""
+    if isinstance(name, str) and name in SOLVERS:
+        return SOLVERS[name]
+    near = difflib.get_close_matches(name, SOLVERS, n=1) if isinstance(name, str) else ()
+    hint = f"did you mean {near[0]!r}?" if near else "give one of " + ", ".join(SOLVERS)
+    raise InputError(f"Renderer: solver is {validate.shown(name)}; {hint}")

@@ -1,0 +1,45 @@
+"""Points under polynomial kernels: along a ray their field is a polynomial, solved exactly (Wyvill & Trotman 1990)."""
+
+import functools
+
+import warp as wp
+
+from fieldsim.potentials import registry
+from fieldsim.potentials.kernels import Quartic, SoftObject
+from fieldsim.potentials.primitives.point import Point
+from fieldsim.render.scene.tables import Scene
+from fieldsim.render.solvers.polynomials import Polynomial, polynomial_sweep, product
+
+CELLS = ((SoftObject, Point), (Quartic, Point))
+
+
+@functools.cache
+def first_hit(kinds_used):
+    """The Warp function that sweeps a ray through sorted intervals, for points under Quartic or SoftObject kernels."""
+    soft = wp.constant(registry.CELLS[SoftObject, Point].kind)
+
+    @wp.func
+    def piece(scene: Scene, o: wp.vec3, d: wp.vec3, begin: float, end: float, i: int, t0: float, t1: float):
+        # w = 1 - r^2 / radius^2 is a parabola in u.
+        from_center = o + begin * d - wp.vec3(scene.rows[i, 5], scene.rows[i, 6], scene.rows[i, 7])
+        along = (end - begin) * d
+        radius2 = wp.float64(scene.rows[i, 1]) * wp.float64(scene.rows[i, 1])
+        w = Polynomial()
+        w[0] = wp.float64(1.0) - _dot(from_center, from_center) / radius2
+        w[1] = -wp.float64(2.0) * _dot(from_center, along) / radius2
+        w[2] = -_dot(along, along) / radius2
+        h = product(w, w)
+        if scene.kinds[i] == soft:
+            factor = wp.float64(4.0) * w
+            factor[0] += wp.float64(5.0)
+            h = product(h, factor) / wp.float64(9.0)
+        return wp.float64(scene.rows[i, 0]) * h
+
+    return polynomial_sweep(piece)
+
+
+@wp.func
+def _dot(a: wp.vec3, b: wp.vec3):
+    return (
+        wp.float64(a[0]) * wp.float64(b[0]) + wp.float64(a[1]) * wp.float64(b[1]) + wp.float64(a[2]) * wp.float64(b[2])
+    )

@@ -1,0 +1,133 @@
+"""Gaussian points, segments and circles of positive strength, along rays.
+
+Along a ray a point is a bell, exp(q - k (t - m)^2), and a segment one times a share in 0..1 that falls off at its ends.
+Circles have no such closed form, only one at each place; they count as bells that are equally high all along their way
+through a slab of a ball. Bells bound themselves: among n of them F < 1 wherever each is below 1/n, and everywhere where
+the peaks add up to less than 1. Where one bell alone exceeds 1, the surface has been passed. `lockstep` looks for the
+surface in what remains.
+"""
+
+import math
+
+import numpy as np
+import warp as wp
+
+from fieldsim.potentials import registry
+from fieldsim.potentials.bounds.reach import reach
+from fieldsim.potentials.kernels import Gaussian
+from fieldsim.potentials.primitives.circle import Circle
+from fieldsim.potentials.primitives.point import Point
+from fieldsim.potentials.primitives.segment import Segment
+from fieldsim.render.scene import bounds
+
+HIGHEST = 60.0  # logarithm of bells that float32 adds up without overflow
+SHORTEST = 0.1  # of segments, in kernel widths: the difference of their error functions has digits left
+
+CUT = 2e-6  # of F, that a bell may be short of
+LEVEL = -math.log(CUT)
+
+# A segment's share at a place, `first` along it, and its derivative along; lengths along times a. See `lanes`.
+SHARE = """
+auto share = [&](V first, float length, float factor, V& part, V& change) {
+    const V second = length - first, nearest = least(first, second);
+    part = factor;
+    change = 0.0f;
+    // erfc(4) = 1.5e-8
+    if (any(nearest < 4.0f)) {
+        part = 0.5f * factor * (erfc(-nearest) - erfc(length - nearest));
+        change = 0.564189584f * factor * (exp(-first * first) - exp(-second * second));
+    }
+};
+"""
+
+# Of a circle: exp(-w) I0(w), and the same less exp(-w) I1(w), to 2e-7 (Abramowitz and Stegun 9.8.1 to 9.8.4).
+BESSEL = """
+auto bessel = [&](V w, V& i0, V& difference) {
+    const C few = w < 3.75f;
+    const V near = few ? w * (1.0f / 3.75f) : (V)1.0f, x = near * near, y = few ? (V)1.0f : 3.75f / w;
+    const V fall = exp(-w), root_w = 1.0f / root(most(w, (V)3.75f));
+    const V few_0 = 1.0f + x * (3.5156229f + x * (3.0899424f + x * (1.2067492f + x * (0.2659732f
+        + x * (0.0360768f + x * 0.0045813f)))));
+    const V few_1 = w * (0.5f + x * (0.87890594f + x * (0.51498869f + x * (0.15084934f + x * (0.02658733f
+        + x * (0.00301532f + x * 0.00032411f))))));
+    const V many_0 = 0.39894228f + y * (0.01328592f + y * (0.00225319f + y * (-0.00157565f + y * (0.00916281f
+        + y * (-0.02057706f + y * (0.02635537f + y * (-0.01647633f + y * 0.00392377f)))))));
+    const V many_1 = 0.39894228f + y * (-0.03988024f + y * (-0.00362018f + y * (0.00163801f + y * (-0.01031555f
+        + y * (0.02282967f + y * (-0.02895312f + y * (0.01787654f - y * 0.00420059f)))))));
+    i0 = few ? fall * few_0 : root_w * many_0;
+    difference = few ? fall * (few_0 - few_1) : root_w * (many_0 - many_1);
+};
+"""
+
+
+@wp.struct
+class Bells:
+    """Elements relative to the eye.
+
+    center: a point, a segment's start or a circle's centre, and a^2; axis: a segment's direction and length, or a
+    circle's normal and the negative of its radius, or 0 for a point.
+    height: of log F, the greatest, then, for segments: what is certain on all of it less the greatest, reciprocal of
+    the greatest share; for circles: the distance at which F is 0.1, log F on the circle but for I0, its reach.
+    """
+
+    center: wp.array(dtype=wp.vec4)
+    axis: wp.array(dtype=wp.vec4)
+    height: wp.array(dtype=wp.vec4)
+
+
+_SHAPES = {Point: "points", Segment: "segments", Circle: "rings"}
+KINDS = tuple(_SHAPES.values())  # each with those before it
+
+
+def kind_of(bounded: bounds.Bounded) -> str:
+    """Which bells the elements are, one of KINDS; "" where some are none."""
+    rows, used = bounded.rows, set(np.unique(bounded.kinds).tolist())
+    kinds = {registry.CELLS[Gaussian, primitive].kind: name for primitive, name in _SHAPES.items()}
+    if not len(rows) or not used <= set(kinds):
+        return ""
+    if rows[:, registry.STRENGTH].min() <= 0.0:
+        return ""
+    lines = bounded.shape == bounds.SEGMENT
+    if lines.any() and (rows[lines, registry.SIZE] * rows[lines, registry.KERNEL]).min() < SHORTEST:
+        return ""
+    if _heights(bounded)[:, 0].max() > HIGHEST:
+        return ""
+    return max((kinds[kind] for kind in used), key=KINDS.index)
+
+
+def _heights(bounded):
+    rows = bounded.rows
+    a = rows[:, registry.KERNEL]
+    height = np.zeros((len(rows), 4))
+    height[:, 0] = rows[:, registry.FOLD] + np.log(rows[:, registry.STRENGTH])
+    height[:, 2] = 1.0
+    lines = bounded.shape == bounds.SEGMENT
+    width = (a * rows[:, registry.SIZE])[lines]
+    # The share is greatest in the middle, and half of erf(width) at an end.
+    middle, end = (np.array([math.erf(x) for x in part]) for part in (0.5 * width, width))
+    height[lines, 0] += np.log(math.sqrt(math.pi) / a[lines] * middle)
+    height[lines, 1] = np.log(0.5 * end / middle)
+    height[lines, 2] = 1.0 / middle
+    rings = bounded.shape == bounds.ARC
+    if rings.any():
+        height[rings, 2] = height[rings, 0] + np.log(math.tau * rows[rings, registry.SIZE])
+        # I0 falls as its argument grows: less than at the circle's inner edge, or than by itself in the middle.
+        inner = np.maximum(rows[rings, registry.SIZE] - bounded.reach[rings], 0.0)
+        height[rings, 0] = height[rings, 2] - 0.5 * np.log1p(4.0 * a[rings] ** 2 * inner * rows[rings, registry.SIZE])
+        height[rings, 1] = reach(rows[rings], bounded.kinds[rings], np.full(rings.sum(), 0.1))
+        height[rings, 3] = bounded.reach[rings]
+    return height
+
+
+def bells_of(bounded: bounds.Bounded, device) -> Bells:
+    """The elements of a scene for which `kind_of` has a name, on a device."""
+    rows = bounded.rows
+    bells = Bells()
+    center = np.concatenate([rows[:, 5:8], rows[:, [registry.KERNEL]] ** 2], axis=1)
+    axis = np.zeros((len(rows), 4))
+    for shape, columns, sign in ((bounds.SEGMENT, slice(14, 17), 1.0), (bounds.ARC, slice(17, 20), -1.0)):
+        where = bounded.shape == shape
+        axis[where, :3], axis[where, 3] = rows[where, columns], sign * rows[where, registry.SIZE]
+    for name, values in (("center", center), ("axis", axis), ("height", _heights(bounded))):
+        setattr(bells, name, wp.array(values, dtype=wp.vec4, device=device))
+    return bells

@@ -62,10 +62,10 @@ def _prepared(name, options):
 
 
 def _adapted(scenario, model, name, own):
-    from fieldsim.mujoco.beside import Beside
+    from fieldsim.mujoco.contact.impact import shortened
     from fieldsim.mujoco.experiment import Experiment
-    from fieldsim.mujoco.fall import shortened
-    from fieldsim.mujoco.skins import skin
+    from fieldsim.mujoco.scene.mujoco_renderer import Beside
+    from fieldsim.mujoco.scene.skins import skin
 
     if isinstance(scenario, Experiment):
         raise InputError(f"{name} has a model of its own; film it with: fieldsim run {name}")
@@ -82,8 +82,8 @@ def _adapted(scenario, model, name, own):
 
 def _contact(world, model, own):
     """The law of contact with the planets, or None where nothing can be touched."""
-    from fieldsim.mujoco.balls import Contact
-    from fieldsim.mujoco.fall import hit_speed
+    from fieldsim.mujoco.contact.geoms import Contact
+    from fieldsim.mujoco.contact.impact import hit_speed
 
     if own["no_contact"] or all(body.surface is None for body in world.bodies):
         return None

@@ -14,7 +14,7 @@ import pytest
 from mujoco_models import BALL, BOX, DONUT, PLANET, SURFACE, at_start, model_of, passive
 
 import fieldsim as fs
-from fieldsim.mujoco import layout, native
+from fieldsim.mujoco.callback import layout, native
 
 
 @pytest.fixture

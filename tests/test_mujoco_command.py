@@ -11,8 +11,8 @@ from mujoco_scenes import BALL, CAMERA, CHECKERED, HUMANOID, ball_experiment, po
 
 import fieldsim as fs
 from fieldsim import cli
-from fieldsim.mujoco.beside import Beside
 from fieldsim.mujoco.models import model_of
+from fieldsim.mujoco.scene.mujoco_renderer import Beside
 
 
 def fieldsim(*arguments):

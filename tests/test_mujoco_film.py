@@ -11,7 +11,7 @@ from mujoco_scenes import BALL, CAMERA, CLAY, DONUT, HUMANOID, PLANET, SCENARIOS
 
 import fieldsim as fs
 from fieldsim import launch, scenario
-from fieldsim.mujoco.fall import hit_speed
+from fieldsim.mujoco.contact.impact import hit_speed
 from fieldsim.mujoco.models import model_of
 from fieldsim.world.motion import pose_at
 

@@ -8,9 +8,9 @@ import pytest
 from mujoco_scenes import ALL_KINDS, CAMERA, CHECKERED, HUMANOID, PLANET, SIZE, pixel_rays, posed
 
 import fieldsim as fs
-from fieldsim.mujoco.geoms import material_of
 from fieldsim.mujoco.models import model_of
-from fieldsim.mujoco.skins import medial
+from fieldsim.mujoco.scene.geoms import material_of
+from fieldsim.mujoco.scene.skins import medial
 from fieldsim.numerics import quaternion
 
 # Geoms

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import fieldsim as fs
-from fieldsim.mujoco import planet
+from fieldsim.mujoco.scene import planet
 
 DONUT = fs.Circle((0, 0, 0), (0, 0, 1), 1.0)
 CLAY = fs.Material(radius=0.25, blobbiness=-8.0)

@@ -1,13 +1,13 @@
 """MuJoCo models in fields: forces, contact, planets as geoms, many worlds, films. Loaded when first asked for."""
 
-from fieldsim.mujoco.balls import Contact
+from fieldsim.mujoco.contact.geoms import Contact
 from fieldsim.mujoco.energy import ModelEnergy
 from fieldsim.mujoco.experiment import Experiment
 from fieldsim.mujoco.forces import FieldForces
-from fieldsim.mujoco.planet import PlanetGeom, follow, planet_geom
 from fieldsim.mujoco.rollouts import rollout, state_of, state_size
-from fieldsim.mujoco.scene import Scene
-from fieldsim.mujoco.skins import Skin, skin
+from fieldsim.mujoco.scene.planet import PlanetGeom, follow, planet_geom
+from fieldsim.mujoco.scene.scene import Scene
+from fieldsim.mujoco.scene.skins import Skin, skin
 
 __all__ = [
     "Contact",

@@ -14,11 +14,11 @@ from fieldsim.dynamics.diagnostics.totals import Drift, Total
 from fieldsim.dynamics.integrators.splittings import Leapfrog
 from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
 from fieldsim.mujoco import checks
-from fieldsim.mujoco.balls import Contact
+from fieldsim.mujoco.contact.geoms import Contact
 from fieldsim.mujoco.forces import ACCURACIES, FieldForces
 from fieldsim.mujoco.models import model_of
-from fieldsim.mujoco.planet import follow
-from fieldsim.mujoco.scene import Scene
+from fieldsim.mujoco.scene.planet import follow
+from fieldsim.mujoco.scene.scene import Scene
 from fieldsim.scenario import Scenario
 from fieldsim.world.world import World
 

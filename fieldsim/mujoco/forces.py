@@ -17,15 +17,16 @@ from fieldsim import validate
 from fieldsim.arrays import read_only
 from fieldsim.copies import Uncopied, shallow
 from fieldsim.errors import FieldsimWarning, InputError
-from fieldsim.mujoco import callback, checks, layout, sensors
-from fieldsim.mujoco import native as compiled
-from fieldsim.mujoco.act import actor
-from fieldsim.mujoco.balls import Contact, body_balls, longest_step, slope_of, warn_of_untouched
-from fieldsim.mujoco.contact import WIDTH
+from fieldsim.mujoco import checks, sensors
+from fieldsim.mujoco.callback import layout, ownership
+from fieldsim.mujoco.callback import native as compiled
+from fieldsim.mujoco.callback.field_callbacks import LENGTHS
+from fieldsim.mujoco.callback.generalised_forces import actor
+from fieldsim.mujoco.callback.tables import Plan, Table, given_sources, sources_of
+from fieldsim.mujoco.contact.geoms import Contact, body_balls, longest_step, slope_of, warn_of_untouched
+from fieldsim.mujoco.contact.potential import WIDTH
 from fieldsim.mujoco.energy import ModelEnergy, copy_state, own_energies
 from fieldsim.mujoco.points import SIX, geom_points
-from fieldsim.mujoco.sums import LENGTHS
-from fieldsim.mujoco.tables import Plan, Table, given_sources, sources_of
 from fieldsim.mujoco.watch import Watch
 from fieldsim.potentials.field import Field
 from fieldsim.world.body import Body
@@ -168,7 +169,7 @@ class FieldForces(Uncopied):
             self._hung = np.empty((self.model.nbody, 6))
             self._watch = watch
             self._introduce()
-        if callback.active(self):
+        if ownership.active(self):
             self._warn_of_long_steps()
 
     def _those_that_feel(self):
@@ -184,7 +185,7 @@ class FieldForces(Uncopied):
         self.entry = compiled.entry_of(self.model, self.mark, *act, watched, self._told, weightless)
         self._outgrown.append((self._watch, self._plan, self._head, self.entry))
         compiled.set_mark(self.model._address, self.mark)
-        if callback.renew(self):
+        if ownership.renew(self):
             del self._outgrown[:-1]
 
     def _refuse_idle(self):
@@ -255,7 +256,7 @@ class FieldForces(Uncopied):
         checks.finite(model, self.bodies, np.hstack([self._surveyed(self.data), self._at_centers()]))
         self._warn_of_long_steps()
         try:
-            callback.begin(self)
+            ownership.begin(self)
             if self.keep_gravity is False:
                 self._own_gravity = model.opt.gravity.copy()
                 model.opt.gravity[:] = OFF
@@ -291,7 +292,7 @@ class FieldForces(Uncopied):
             if not gravity.any() and np.signbit(gravity).all():
                 gravity[:] = self._own_gravity
             self._own_gravity = None
-        found = callback.end(self)
+        found = ownership.end(self)
         (unlike, heavy), self._told[:] = self._told.tolist(), 0
         failed, self._failure = self._failure, None
         if failed and not any(failure):
@@ -336,7 +337,7 @@ class FieldForces(Uncopied):
     @contextlib.contextmanager
     def running(self):
         """Active within, whether or not it was already."""
-        if callback.active(self):
+        if ownership.active(self):
             self.refresh()
             yield self
         else:
@@ -348,7 +349,7 @@ class FieldForces(Uncopied):
     @property
     def running_natively(self) -> bool:
         """Whether it is active now without any Python."""
-        return callback.active(self) and callback.is_native(self)
+        return ownership.active(self) and ownership.is_native(self)
 
     @property
     def free_of_python(self) -> bool:

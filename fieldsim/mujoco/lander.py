@@ -14,9 +14,9 @@ import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import InputError
-from fieldsim.mujoco.balls import Contact
+from fieldsim.mujoco.contact.geoms import Contact
 from fieldsim.mujoco.forces import FieldForces
-from fieldsim.mujoco.scene import Scene
+from fieldsim.mujoco.scene.scene import Scene
 from fieldsim.potentials.kernels import Newtonian
 from fieldsim.potentials.primitives.circle import Circle
 from fieldsim.render.camera import Camera

@@ -4,7 +4,7 @@ import ctypes
 
 import numpy as np
 
-from fieldsim.mujoco import layout
+from fieldsim.mujoco.callback import layout
 
 MASSES = ("body_mass", "body_inertia")
 SHAPES = ("body_ipos", "body_iquat", "geom_type", "geom_size", "geom_pos", "geom_quat", "geom_dataid")

@@ -6,7 +6,7 @@
 import functools
 import math
 
-from fieldsim.mujoco.sums import caller
+from fieldsim.mujoco.callback.field_callbacks import caller
 
 
 def maker(native: bool):

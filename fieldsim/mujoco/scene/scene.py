@@ -9,11 +9,11 @@ import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import FieldsimWarning, InputError
-from fieldsim.mujoco.geoms import material_of, shape_of
 from fieldsim.mujoco.models import alike, listed, model_of, seen, seen_geoms
-from fieldsim.mujoco.planet import PlanetGeom
-from fieldsim.mujoco.skins import Skin
-from fieldsim.mujoco.undrawn import undrawn
+from fieldsim.mujoco.scene.geoms import material_of, shape_of
+from fieldsim.mujoco.scene.planet import PlanetGeom
+from fieldsim.mujoco.scene.skins import Skin
+from fieldsim.mujoco.scene.undrawn import undrawn
 from fieldsim.numerics import quaternion
 from fieldsim.world.world import Snapshot, World, given_world
 

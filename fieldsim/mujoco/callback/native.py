@@ -20,10 +20,10 @@ from numba import types
 
 from fieldsim import launch
 from fieldsim.errors import FieldsimError
-from fieldsim.mujoco import layout
-from fieldsim.mujoco.act import actor
-from fieldsim.mujoco.addresses import allocate, call, count, differ, doubles, halves, release, words
-from fieldsim.mujoco.tables import Plan, Source, Views
+from fieldsim.mujoco.callback import layout
+from fieldsim.mujoco.callback.addresses import allocate, call, count, differ, doubles, halves, release, words
+from fieldsim.mujoco.callback.generalised_forces import actor
+from fieldsim.mujoco.callback.tables import Plan, Source, Views
 
 PLACES = layout.offsets()
 _TIME, _XIPOS, _XIMAT, _SUBTREE_COM, _CDOF, _CVEL, _QFRC_PASSIVE = (PLACES[name] for name in layout.FIELDS)

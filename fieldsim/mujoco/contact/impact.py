@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 
 from fieldsim.errors import InputError
-from fieldsim.mujoco.balls import Contact, body_balls, longest_step
+from fieldsim.mujoco.contact.geoms import Contact, body_balls, longest_step
 from fieldsim.potentials import registry
 from fieldsim.potentials.field import Field
 from fieldsim.world.motion import pose_at

@@ -8,8 +8,8 @@ import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import FieldsimError, InputError
+from fieldsim.mujoco.callback.tables import sources_of
 from fieldsim.mujoco.models import alike, named_body
-from fieldsim.mujoco.tables import sources_of
 from fieldsim.potentials.meshes.mesh import TriangleMesh
 from fieldsim.world.body import Body
 from fieldsim.world.motion import pose_at

@@ -3,8 +3,8 @@
 import mujoco
 import numpy as np
 
-from fieldsim.mujoco.geoms import checker_of, shape_of
 from fieldsim.mujoco.models import label, named, seen, seen_geoms
+from fieldsim.mujoco.scene.geoms import checker_of, shape_of
 
 # A texture whose colours differ by less than this is as well one colour.
 EVEN = 0.02

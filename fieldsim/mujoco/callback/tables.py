@@ -9,7 +9,7 @@ from fieldsim import validate
 from fieldsim.dynamics.contact.surfaces import with_reach
 from fieldsim.dynamics.refusals import refuse
 from fieldsim.errors import InputError
-from fieldsim.mujoco.sums import LENGTHS, sum_of
+from fieldsim.mujoco.callback.field_callbacks import LENGTHS, sum_of
 from fieldsim.numerics import quaternion
 from fieldsim.potentials import registry
 from fieldsim.potentials.field import Field

@@ -5,9 +5,9 @@
 
 import functools
 
-from fieldsim.mujoco.contact import touch
-from fieldsim.mujoco.evaluate import maker, turning, vectors
-from fieldsim.mujoco.wrenches import pull_at_center, pull_on_points
+from fieldsim.mujoco.callback.evaluate import maker, turning, vectors
+from fieldsim.mujoco.callback.wrenches import pull_at_center, pull_on_points
+from fieldsim.mujoco.contact.potential import touch
 
 
 @functools.cache

@@ -41,7 +41,7 @@ def _compiled(name, kinds_used):
     import numba
     from numba import types
 
-    from fieldsim.mujoco.addresses import doubles, halves
+    from fieldsim.mujoco.callback.addresses import doubles, halves
 
     total = _tuple_of(_PORTABLE[name](kinds_used).numba, LENGTHS[name], numba.njit)
     length = LENGTHS[name]
@@ -69,7 +69,7 @@ def caller(name: str, native: bool):
         return call
     import numba
 
-    from fieldsim.mujoco.addresses import call_sum
+    from fieldsim.mujoco.callback.addresses import call_sum
 
     invoke = call_sum(LENGTHS[name])
     place = list(LENGTHS).index(name)

@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 
 from fieldsim.errors import FieldsimError, InputError
-from fieldsim.mujoco.scene import LOOKS, ModelSnapshot
+from fieldsim.mujoco.scene.scene import LOOKS, ModelSnapshot
 from fieldsim.render.camera import Camera
 
 NEAR, FAR = 0.01, 1000.0

@@ -8,7 +8,7 @@ the centre of mass, potential energy).
 import functools
 import math
 
-from fieldsim.mujoco.evaluate import field_at, jet_at, maker, product, turns, vectors
+from fieldsim.mujoco.callback.evaluate import field_at, jet_at, maker, product, turns, vectors
 
 
 @functools.cache

@@ -15,7 +15,7 @@ import math
 
 import numpy as np
 
-from fieldsim.mujoco.evaluate import field_at, group_field, jet_at, maker, room_at, turns, vectors
+from fieldsim.mujoco.callback.evaluate import field_at, group_field, jet_at, maker, room_at, turns, vectors
 
 WIDTH = 15
 # The search ends when a step turns the direction by less than this (the depth then is right to its square).

@@ -11,7 +11,7 @@ from fieldsim import validate
 from fieldsim.dynamics.rigid.body import log_slope
 from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.mujoco import checks
-from fieldsim.mujoco.contact import WIDTH
+from fieldsim.mujoco.contact.potential import WIDTH
 from fieldsim.mujoco.models import label, listed, named
 from fieldsim.mujoco.points import frame_of, mesh_of
 

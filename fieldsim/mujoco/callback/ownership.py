@@ -13,7 +13,7 @@ import threading
 import mujoco
 
 from fieldsim.errors import InputError
-from fieldsim.mujoco import native
+from fieldsim.mujoco.callback import native
 
 # Guards what follows; native code reads its rows without it.
 _lock = threading.RLock()

@@ -46,7 +46,6 @@ BASE = {
     "files",
     "interrupts",
     "portable",
-    "portable_rules",
     "launch",
     "kernel_cache",
     "numerics",

@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 import warp as wp
 
-from fieldsim import launch, portable_rules
+from fieldsim import launch
 from fieldsim import portable as portable_module
 from fieldsim.copies import ThreadLock
 from fieldsim.errors import PortableError
 from fieldsim.numerics.special import log1p
-from fieldsim.portable import Indices, Portable, Table, portable, real
+from fieldsim.portable import Indices, Portable, Table, portable, real, rules
 
 THIRD = 1 / 3
 X = np.linspace(0.07, 6.1, 40)
@@ -173,7 +173,7 @@ def test_tables_come_from_python_too():
 
 
 def test_every_function_of_math_is_tried():
-    assert {name for name in many.function.__code__.co_names if hasattr(math, name)} == portable_rules.MATH
+    assert {name for name in many.function.__code__.co_names if hasattr(math, name)} == rules.MATH
 
 
 def test_bindings_make_separate_functions():

@@ -9,7 +9,7 @@ type, `Table` for a two-dimensional array of reals and `Indices` for a one-dimen
   `fieldsim.numerics.special`;
 - it may call other portable functions, also of other modules, and `bind` gives such a name another meaning.
 
-Whatever else a target lacks, or takes differently, is refused with a PortableError (see `portable_rules`).
+Whatever else a target lacks, or takes differently, is refused with a PortableError (see `rules`).
 
 `f.warp(wp.float64)` is a Warp function, `f.numba` a numba one, and `f(...)` runs as plain Python.
 """
@@ -20,9 +20,9 @@ import threading
 import types
 from typing import Any
 
-from fieldsim import portable_rules
 from fieldsim.copies import ThreadLock
 from fieldsim.errors import PortableError
+from fieldsim.portable import rules
 
 real = float
 
@@ -101,7 +101,7 @@ class Portable:
         """The function with the target's scalar and the target's twins of the functions it calls."""
         source = self.function
         names = self._globals()
-        portable_rules.check(source, names, lambda value: isinstance(value, Portable), _MARKS)
+        rules.check(source, names, lambda value: isinstance(value, Portable), _MARKS)
         names["real"] = scalar
         for name in _global_names(source.__code__):
             if isinstance(names.get(name), Portable):

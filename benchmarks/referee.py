@@ -11,7 +11,7 @@ import sys
 import numpy as np
 
 import fieldsim as fs
-from fieldsim.comparing import compare_depths
+from fieldsim.filming.comparing import compare_depths
 
 sys.path.append(str(pathlib.Path(__file__).parent.parent / "tests"))
 

@@ -4,7 +4,7 @@
 """
 
 from fieldsim import plots, sampling
-from fieldsim.cli import main
+from fieldsim.cli.program import main
 from fieldsim.dynamics.auto import Auto, Choice
 from fieldsim.dynamics.diagnostics.energy_log import EnergyLog, EnergyReport
 from fieldsim.dynamics.diagnostics.invariants import Energy, angular_momentum, common_spin, energy, jacobi
@@ -37,7 +37,7 @@ from fieldsim.errors import (
     PortableError,
     ScenarioError,
 )
-from fieldsim.filming import Report, film
+from fieldsim.filming.film import Report, film
 from fieldsim.orbits.lyapunov import Lyapunov, lyapunov
 from fieldsim.orbits.poincare import Crossings, Section, poincare
 from fieldsim.plots import Picture
@@ -57,7 +57,7 @@ from fieldsim.potentials.primitives.triangle import Triangle
 from fieldsim.potentials.skeletons import planets
 from fieldsim.potentials.skeletons.shapes import bezier, box, catmull_rom, disc, polygon, polyline, rectangle
 from fieldsim.potentials.skeletons.solid import solid, solid_faces
-from fieldsim.recording import Recorded, Recording
+from fieldsim.recording.recording import Recorded, Recording
 from fieldsim.render.camera import Camera
 from fieldsim.render.output.video import Film
 from fieldsim.render.renderer import Renderer, render

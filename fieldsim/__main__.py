@@ -1,5 +1,5 @@
 """`python -m fieldsim` is the command `fieldsim`."""
 
-from fieldsim.cli import main
+from fieldsim.cli.program import main
 
 main()

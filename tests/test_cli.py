@@ -15,7 +15,8 @@ import pytest
 import warp as wp
 
 import fieldsim as fs
-from fieldsim import cli, cli_film, files
+from fieldsim import files
+from fieldsim.cli import film, program
 from fieldsim.dynamics.auto import integrator_named
 
 SCENARIOS = pathlib.Path(__file__).parents[1] / "scenarios"
@@ -57,7 +58,7 @@ def here(tmp_path, monkeypatch):
 def fieldsim(*arguments):
     """Exit status of the command."""
     with pytest.raises(SystemExit) as end:
-        cli.main(argv=[str(a) for a in arguments])
+        program.main(argv=[str(a) for a in arguments])
     return end.value.code
 
 
@@ -412,7 +413,7 @@ def test_a_name_without_letters_is_none(here, capsys, option):
 
 
 def test_an_interrupt_after_the_film_tells_what_is_whole(here, monkeypatch, capsys):
-    monkeypatch.setattr(cli_film, "_draw_energy", lambda *_: signal.raise_signal(signal.SIGINT))
+    monkeypatch.setattr(film, "_draw_energy", lambda *_: signal.raise_signal(signal.SIGINT))
     options = ("--size", "32x18", "--out", "p.png", "--record", "p.npz", "--energy-plot", "e.png")
     assert fieldsim("run", "planet", *options) == 130
     assert capsys.readouterr().err.strip() == "fieldsim: interrupted; p.npz is whole; p.png is whole"

@@ -10,7 +10,7 @@ import pytest
 from mujoco_scenes import BALL, CAMERA, CHECKERED, HUMANOID, ball_experiment, posed
 
 import fieldsim as fs
-from fieldsim import cli
+from fieldsim.cli import program
 from fieldsim.mujoco.models import model_of
 from fieldsim.mujoco.scene.mujoco_renderer import Beside
 
@@ -18,7 +18,7 @@ from fieldsim.mujoco.scene.mujoco_renderer import Beside
 def fieldsim(*arguments):
     """Exit status of the command."""
     with pytest.raises(SystemExit) as end:
-        cli.main(argv=[str(a) for a in arguments])
+        program.main(argv=[str(a) for a in arguments])
     return end.value.code
 
 

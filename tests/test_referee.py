@@ -7,7 +7,7 @@ import pytest
 import referee_scenes
 
 import fieldsim as fs
-from fieldsim.comparing import compare_depths
+from fieldsim.filming.comparing import compare_depths
 from fieldsim.potentials import registry
 from fieldsim.potentials.bounds import safe_step
 from fieldsim.potentials.bounds.distance import DISTANCES

@@ -10,7 +10,7 @@ import warp as wp
 
 import fieldsim as fs
 from fieldsim import launch
-from fieldsim.comparing import compare, compare_depths
+from fieldsim.filming.comparing import compare, compare_depths
 from fieldsim.potentials import registry
 from fieldsim.render.scene.intervals import insert
 from fieldsim.render.scene.tables import Scene

@@ -8,7 +8,7 @@ import warnings
 import click
 
 from fieldsim import scenario as scenarios
-from fieldsim.cli_types import Device, FilePath, Integrator, Positive, Size
+from fieldsim.cli.types import Device, FilePath, Integrator, Positive, Size
 from fieldsim.errors import FieldsimWarning, InputError, ScenarioError
 from fieldsim.render.layers import LAYERS
 from fieldsim.render.solids.skeleton import MODES
@@ -166,7 +166,7 @@ def film_command(build, name: str, extra=(), prepare=None) -> click.Command:
     it is told.
     extra: options besides; prepare: a function of the name and the options' values that checks and takes out those of
     the extra ones, and returns the film's name and a function from the scenario to the one to be filmed and options of
-    `filming.film`.
+    `film.film`.
     """
 
     def callback(told, options):
@@ -178,9 +178,10 @@ def film_command(build, name: str, extra=(), prepare=None) -> click.Command:
 
 def _film(build, name, adapt, told, options):
     """Check what the machine and the disk say about the request, build, film or draw, report."""
-    from fieldsim import filming, plots
+    from fieldsim import plots
+    from fieldsim.filming import film
     from fieldsim.launch import device_named
-    from fieldsim.recording import Recording
+    from fieldsim.recording.recording import Recording
     from fieldsim.render.output.video import Film
 
     out, energy_plot = options.pop("out"), options.pop("energy_plot")
@@ -210,7 +211,7 @@ def _film(build, name, adapt, told, options):
         scenario, more = adapt(scenario)
         options |= more
     with scenarios.here(), progress_of(scenario.title or name) as watch:
-        report = filming.film(scenario, out, watch=watch, **options)
+        report = film.film(scenario, out, watch=watch, **options)
     click.echo(str(report))
     if energy_plot:
         _draw_energy(report, energy_plot)
@@ -261,7 +262,7 @@ def progress_of(title):
     from rich import console, progress, table
 
     from fieldsim import launch
-    from fieldsim.filming import COMPILING
+    from fieldsim.filming.film import COMPILING
 
     class Doing(progress.ProgressColumn):
         max_refresh = 0.5

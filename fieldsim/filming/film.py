@@ -14,7 +14,7 @@ from fieldsim.dynamics.auto import integrator_of
 from fieldsim.dynamics.diagnostics.energy_log import EnergyLog, EnergyReport
 from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.launch import device_named
-from fieldsim.recording import Recorded, Recording, about_run
+from fieldsim.recording.recording import Recorded, Recording, about_run
 from fieldsim.render.layers import LAYERS, LayerPictures
 from fieldsim.render.output.video import Film
 from fieldsim.render.renderer import QUALITIES, Renderer

@@ -4,8 +4,8 @@ import pathlib
 
 import click
 
-from fieldsim.cli_film import film_command, film_options, usage
-from fieldsim.cli_types import Positive
+from fieldsim.cli.film import film_command, film_options, usage
+from fieldsim.cli.types import Positive
 from fieldsim.errors import InputError
 
 # Of a contact where nothing is told: how deep a hit goes, and what it takes.

@@ -17,10 +17,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from fieldsim import files, interrupts, validate
-from fieldsim.archive import MOST_ABOUT, Archive
 from fieldsim.copies import Uncopied
 from fieldsim.errors import FilmError, InputError
 from fieldsim.numerics import quaternion
+from fieldsim.recording.archive import MOST_ABOUT, Archive
 from fieldsim.world.motion import Pose
 from fieldsim.world.world import Snapshot, World, given_world
 

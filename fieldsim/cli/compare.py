@@ -3,8 +3,8 @@
 import click
 
 from fieldsim import scenario as scenarios
-from fieldsim.cli_film import command_of, film_options, usage
-from fieldsim.cli_types import FilePath
+from fieldsim.cli.film import command_of, film_options, usage
+from fieldsim.cli.types import FilePath
 from fieldsim.errors import InputError
 
 
@@ -25,7 +25,8 @@ def compare_command(build, name):
 
 
 def _compare(build, name, told, options):
-    from fieldsim import comparing, plots
+    from fieldsim import plots
+    from fieldsim.filming import comparing
     from fieldsim.launch import device_named
     from fieldsim.render.solvers.by_name import solver_named
 

@@ -10,9 +10,9 @@ import click
 
 from fieldsim import files, interrupts, validate
 from fieldsim import scenario as scenarios
-from fieldsim.cli_compare import compare_command, compare_options
-from fieldsim.cli_film import film_command, film_options
-from fieldsim.cli_mujoco import model_command, model_options
+from fieldsim.cli.compare import compare_command, compare_options
+from fieldsim.cli.film import film_command, film_options
+from fieldsim.cli.mujoco import model_command, model_options
 from fieldsim.errors import FieldsimError, FieldsimWarning
 
 OK, FAILURE, USAGE = 0, 1, 2
@@ -250,6 +250,6 @@ def mujoco(model):
 @cli.command(short_help="Versions, devices, kernel cache.")
 def info():
     """Versions, devices and the kernel cache: what to tell when reporting a problem."""
-    from fieldsim.about import report
+    from fieldsim.cli.about import report
 
     click.echo(report())

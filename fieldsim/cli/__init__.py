@@ -1,0 +1,5 @@
+"""The command line: `fieldsim COMMAND`."""
+
+from fieldsim.cli.program import main
+
+__all__ = ["main"]

@@ -49,7 +49,7 @@ class Shapes:
     origin; turn: rotation into the shape's own frame; sizes: see `world.shapes`; size: its smallest length; mesh: id of
     a wp.Mesh; label: number in the snapshot; owner: number of its material; checker: linear; optics: as in `Hits`;
     visible: bits of the rays that meet it; bounded: how many have an end; tree: a wp.Bvh of those; materials, texels:
-    see `table`; unit: a length in the world's units; stuff_turn, stuff_shift: x -> turn x + shift takes a point
+    see `materials.table`; unit: a length in the world's units; stuff_turn, stuff_shift: x -> turn x + shift takes a point
     from the shape's own frame to its solid texture's, in the world's units.
     """
 
@@ -67,7 +67,7 @@ class Shapes:
     visible: wp.array(dtype=int)
     bounded: int
     tree: wp.uint64
-    table: wp.array2d(dtype=float)
+    materials: wp.array2d(dtype=float)
     texels: wp.array(dtype=wp.vec3)
     unit: float
     stuff_turn: wp.array(dtype=wp.mat33)

@@ -48,9 +48,9 @@ class Shapes:
 
     origin; turn: rotation into the shape's own frame; sizes: see `world.shapes`; size: its smallest length; mesh: id of
     a wp.Mesh; label: number in the snapshot; owner: number of its material; checker: linear; optics: as in `Hits`;
-    visible: bits of the rays that meet it; bounded: how many have an end; tree: a wp.Bvh of those; materials, texels:
-    see `materials.table`; unit: a length in the world's units; stuff_turn, stuff_shift: x -> turn x + shift takes a point
-    from the shape's own frame to its solid texture's, in the world's units.
+    visible: bits of the rays that meet it; bounded: how many have an end; tree: a wp.Bvh of those; materials,
+    texels: see `materials.table`; unit: a length in the world's units; stuff_turn, stuff_shift: x -> turn x + shift
+    takes a point from the shape's own frame to its solid texture's, in the world's units.
     """
 
     kind: wp.array(dtype=int)

@@ -14,7 +14,8 @@ from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
 from fieldsim.potentials.primitives.circle import Circle
 from fieldsim.potentials.primitives.point import Point
 from fieldsim.potentials.primitives.segment import Segment
-from fieldsim.world.body import Body, Bounce
+from fieldsim.world.body import Body
+from fieldsim.world.contact import Bounce
 from fieldsim.world.material import Material
 from fieldsim.world.motion import Keyframes, Pose, Spin
 from fieldsim.world.world import World

@@ -14,7 +14,8 @@ from fieldsim.potentials.primitives.plane import Plane
 from fieldsim.potentials.primitives.point import Point
 from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.potentials.primitives.triangle import Triangle
-from fieldsim.world.body import Body, Bounce
+from fieldsim.world.body import Body
+from fieldsim.world.contact import Bounce
 from fieldsim.world.light import DirectionalLight, PointLight
 from fieldsim.world.material import Material
 from fieldsim.world.motion import Keyframes, Pose, Spin, pose_at, timeline

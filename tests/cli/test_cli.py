@@ -19,7 +19,7 @@ from fieldsim import files
 from fieldsim.cli import film, program
 from fieldsim.dynamics.auto import integrator_named
 
-SCENARIOS = pathlib.Path(__file__).parents[1] / "scenarios"
+SCENARIOS = pathlib.Path(__file__).parents[2] / "scenarios"
 
 # A planet and pebbles, with the cells of the donut scenario, so that its kernels serve here, too.
 PLANET = """

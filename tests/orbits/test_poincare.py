@@ -13,7 +13,8 @@ from fieldsim.potentials.field import gravity
 from fieldsim.potentials.kernels import Newtonian
 from fieldsim.potentials.primitives.point import Point
 from fieldsim.potentials.primitives.segment import Segment
-from fieldsim.world.body import Body, Bounce
+from fieldsim.world.body import Body
+from fieldsim.world.contact import Bounce
 from fieldsim.world.motion import Spin
 from fieldsim.world.world import World
 

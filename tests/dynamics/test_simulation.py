@@ -13,7 +13,8 @@ from fieldsim.errors import FieldsimError, InputError
 from fieldsim.potentials.kernels import Newtonian
 from fieldsim.potentials.primitives.point import Point
 from fieldsim.potentials.primitives.segment import Segment
-from fieldsim.world.body import Body, Bounce
+from fieldsim.world.body import Body
+from fieldsim.world.contact import Bounce
 from fieldsim.world.material import Material
 from fieldsim.world.motion import Keyframes, Pose, Spin
 from fieldsim.world.world import World

@@ -15,8 +15,8 @@ from fieldsim.potentials.primitives.arc import Arc
 from fieldsim.potentials.primitives.circle import Circle
 from fieldsim.potentials.primitives.point import Point
 from fieldsim.potentials.primitives.segment import Segment
-from fieldsim.world.body import Body, Bounce
-from fieldsim.world.contact import Repulsion
+from fieldsim.world.body import Body
+from fieldsim.world.contact import Bounce, Repulsion
 from fieldsim.world.material import Material
 from fieldsim.world.motion import Pose, Spin
 from fieldsim.world.rigid import Rigid

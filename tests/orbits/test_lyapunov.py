@@ -9,7 +9,8 @@ from fieldsim.errors import InputError
 from fieldsim.orbits.lyapunov import lyapunov
 from fieldsim.potentials.kernels import Newtonian
 from fieldsim.potentials.primitives.circle import Circle
-from fieldsim.world.body import Body, Bounce
+from fieldsim.world.body import Body
+from fieldsim.world.contact import Bounce
 from fieldsim.world.world import World
 
 RING = Body(Circle((0, 0, 0), (0, 0, 1), 1.0), gravity=Newtonian(0.1))

@@ -66,7 +66,7 @@ def test_particles_that_pull_neither_collide_nor_escape(trait):
         fs.Simulation(world_with("pull", trait), "auto")
 
 
-@pytest.mark.parametrize("value", [fs.Leapfrog, "radau", 0.01, fs.dynamics.integrators.Integrator()])
+@pytest.mark.parametrize("value", [fs.Leapfrog, "radau", 0.01, fs.Integrator()])
 def test_what_is_no_integrator_is_refused(value):
     with pytest.raises(fs.InputError, match="Simulation: integrator is"):
         fs.Simulation(world_with(), value)

@@ -13,11 +13,11 @@ import pytest
 import warp as wp
 
 from fieldsim import launch
-from fieldsim import portable as portable_module
 from fieldsim.copies import ThreadLock
 from fieldsim.errors import PortableError
 from fieldsim.numerics.special import log1p
 from fieldsim.portable import Indices, Portable, Table, portable, real, rules
+from fieldsim.portable import function as portable_module
 
 THIRD = 1 / 3
 X = np.linspace(0.07, 6.1, 40)

@@ -12,7 +12,8 @@ from fieldsim.potentials.kernels import Newtonian
 from fieldsim.potentials.primitives.circle import Circle
 from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.sources.stages import Sources, _field_kernel
-from fieldsim.world.body import Body, Bounce
+from fieldsim.world.body import Body
+from fieldsim.world.contact import Bounce
 from fieldsim.world.material import Material
 from fieldsim.world.motion import Spin
 from fieldsim.world.world import World

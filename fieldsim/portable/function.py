@@ -7,7 +7,8 @@ type, `Table` for a two-dimensional array of reals and `Indices` for a one-dimen
   `real(THIRD)` (Warp rounds the value of an expression such as `real(1.0 / 3.0)` through float32);
 - mathematics is spelled `math.sqrt`; what a target lacks (log1p, elliptic integrals, ...) is a portable function of
   `fieldsim.numerics.special`;
-- it may call other portable functions, also of other modules, and `bind` gives such a name another meaning.
+- it may call other portable functions, also of other modules;
+- it may use names declared with `hole`, which `bind` fills: `kernel = hole("r2, width, fold")`, `COUNT = hole()`.
 
 Whatever else a target lacks, or takes differently, is refused with a PortableError (see `rules`).
 
@@ -23,6 +24,7 @@ from typing import Any
 from fieldsim.copies import ThreadLock
 from fieldsim.errors import PortableError
 from fieldsim.portable import rules
+from fieldsim.portable.holes import Hole
 
 real = float
 
@@ -57,10 +59,16 @@ class Portable:
         return self._python(*args)
 
     def bind(self, **names: Any) -> "Portable":
-        """The same function with the given global names (portable functions or numbers) bound to other values."""
-        for name in names:
+        """The same function with the given global names (portable functions or numbers) bound to other values.
+
+        Raises PortableError for a name that the function does not use, or a value that does not fit its hole.
+        """
+        for name, value in names.items():
             if name not in _global_names(self.function.__code__):
                 raise PortableError(f"{self.__qualname__} uses no global name {name!r}, so it cannot be bound")
+            declared = self.function.__globals__.get(name)
+            if isinstance(declared, Hole):
+                declared.check(name, value, f"{self.__module__}.{self.__qualname__}")
         return Portable(self.function, {**self.bindings, **names})
 
     def warp(self, scalar):
@@ -77,7 +85,15 @@ class Portable:
         return types.FunctionType(self.function.__code__, self._globals(), self.function.__name__)
 
     def _globals(self):
-        return {**self.function.__globals__, **self.bindings}
+        """The function's global names with those bound; raises PortableError for a hole that is not filled."""
+        names = {**self.function.__globals__, **self.bindings}
+        for name in _global_names(self.function.__code__):
+            if isinstance(names.get(name), Hole):
+                raise PortableError(
+                    f"portable function {self.__module__}.{self.__qualname__} has {name!r}, a {names[name]}, not "
+                    f"filled; use bind({name}=...)"
+                )
+        return names
 
     def _twin(self, target, scalar):
         key = target, scalar

@@ -47,6 +47,7 @@ BASE = {
     "launch",
     "numerics",
     "portable",
+    "types",
     "validate",
 }
 KNOWS = {

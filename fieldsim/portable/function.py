@@ -19,7 +19,7 @@ import dis
 import functools
 import threading
 import types
-from typing import Any
+from typing import Any, Protocol
 
 from fieldsim.copies import ThreadLock
 from fieldsim.errors import PortableError
@@ -29,12 +29,20 @@ from fieldsim.portable.holes import Hole
 real = float
 
 
-class Table:
+class Table(Protocol):
     """Annotation: two-dimensional array of reals."""
 
+    shape: tuple[int, int]
 
-class Indices:
+    def __getitem__(self, place: tuple[int, int], /) -> real: ...
+
+
+class Indices(Protocol):
     """Annotation: one-dimensional array of int32."""
+
+    shape: tuple[int]
+
+    def __getitem__(self, place: int, /) -> int: ...
 
 
 _MARKS = (real, int, bool, Table, Indices)

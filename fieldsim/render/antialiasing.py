@@ -17,7 +17,7 @@ _ROUNDS = (_ROOKS, _OTHER_ROOKS, _REST)
 
 @wp.func
 def _perceived(linear: wp.vec3):
-    """Square roots stand in for what the eye sees."""
+    """Square roots of linear colours: close to perceived brightness."""
     c = wp.min(wp.max(linear, wp.vec3(0.0, 0.0, 0.0)), wp.vec3(1.0, 1.0, 1.0))
     return wp.vec3(wp.sqrt(c[0]), wp.sqrt(c[1]), wp.sqrt(c[2]))
 
@@ -74,7 +74,7 @@ def _mix(
     color: wp.array(dtype=wp.vec3),
     more: wp.array(dtype=int),
 ):
-    """Mix `number` new samples of pixels with `before` old ones; tell which pixels are not settled."""
+    """Mix `number` new samples of pixels with `before` old ones; mark the pixels that need more."""
     k = start + wp.tid()
     i = which[k]
     old = wp.vec3(0.0, 0.0, 0.0)
@@ -97,7 +97,7 @@ def _mix(
         low = wp.min(low, _perceived(old))
         high = wp.max(high, _perceived(old))
     if before > 1:
-        # Two means that agree settle it.
+        # A pixel is done when its new mean agrees with the old one.
         low = _perceived(old / float(before))
         high = _perceived(new / float(number))
     sum[i] = old + new

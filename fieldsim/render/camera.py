@@ -16,13 +16,13 @@ TONES = ("clip", "filmic")
 class Camera:
     """A perspective camera at `eye`, looking at `look_at`. Every field may be a function of time, such as Keyframes.
 
-    up: the direction that is up in the picture; where the view is along `up`, another axis stands in for it.
+    up: the direction that is up in the picture; a camera that looks along `up` uses another axis instead.
     fov: the vertical angle of view in degrees, in (0, 180); the horizontal one follows from the picture's shape.
-    aperture: diameter of the lens: what is nearer or farther than `focus` blurs; 0: a pinhole, all is sharp.
-    focus: distance along the view at which things are sharp; None: that of look_at.
-    shutter: time for which it is open at each frame, from the frame's time on: what moves meanwhile blurs.
-    exposure: in stops, each doubles the light. tone: of TONES: "clip" cuts off what is brighter than white; "filmic"
-    rolls it off as film does and deepens contrast (Narkowicz's fit of ACES).
+    aperture: diameter of the lens: what is nearer or farther than `focus` blurs; 0 is a pinhole camera, all is sharp.
+    focus: distance along the view at which things are sharp; None: the distance of look_at.
+    shutter: exposure time of each frame, from the frame's time on: what moves meanwhile blurs.
+    exposure: in stops; each stop doubles the light. tone: of TONES: "clip" cuts off what is brighter than white;
+    "filmic" rolls it off as film does and deepens contrast (Narkowicz's fit of ACES).
     """
 
     eye: tuple[float, float, float]
@@ -72,7 +72,7 @@ class Camera:
         return any(callable(getattr(self, field.name)) for field in dataclasses.fields(self))
 
     def at(self, time: float) -> "Camera":
-        """The camera at `time`, checked; itself where nothing is animated."""
+        """The camera at `time`, checked; returns itself if no field is animated."""
         time = validate.number("Camera", "time", time)
         if not self.animated:
             return self
@@ -90,7 +90,7 @@ class Camera:
         up = np.asarray(self.up)
         right = np.cross(forward, up)
         if np.linalg.norm(right) < 1e-6:
-            # The view is along `up`: the axis least along the view stands in for it.
+            # The view is along `up`: use the coordinate axis that is least along the view instead.
             right = np.cross(forward, np.eye(3)[1 if abs(forward[1]) < 0.9 else 0])
         right /= np.linalg.norm(right)
         return right, np.cross(right, forward), forward

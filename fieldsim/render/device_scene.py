@@ -55,9 +55,9 @@ class Stage:
         self.bounded = bounded = bounds.bound(surface.elements, eye, self.unit, renderer.tolerance)
         self.scene = _scene(bounded, surface, eye, self.unit, renderer.tolerance, device)
         self.scene.pixel = self.view.pixel
-        self.bells = gaussian_elements.kind_of(bounded)
-        self.table = gaussian_elements.bells_of(bounded, device) if self.bells else None
-        # Less than nothing is in no tile.
+        self.packet_kind = gaussian_elements.kind_of(bounded)
+        self.table = gaussian_elements.elements_of(bounded, device) if self.packet_kind else None
+        # A radius of minus infinity keeps elements that the camera does not see out of all tiles.
         seen = np.where(self.scene.visible.numpy() & int(CAMERA), bounded.radius, -np.inf)
         shapes = capsules(bounded.start, bounded.end, seen, device)
         self.lists = candidates(self.view, shapes, device)
@@ -74,23 +74,23 @@ class Stage:
         self.optical = any(m.reflection or m.transmission for m in all_materials)
         wide = bool((self.lights.size.numpy() > 0.0).any())
         self.shadows = renderer.shadows and any(light.shadows for light in snapshot.world.lights)
-        # Whether shadows are more than a yes or a no of everything.
+        # True if light can be partly transmitted: coloured or soft shadows, or bodies that cast none.
         self.subtle = self.shadows and (wide or any(m.transmission or m.visible_to != RAYS for m in all_materials))
-        # Whether rays leave surfaces again.
-        self._wandering = self.shadows or self.optical
-        if self.bells and not self.subtle:
+        # True if there are secondary rays.
+        self._secondary = self.shadows or self.optical
+        if self.packet_kind and not self.subtle:
             self.blockers = packet_shadows.blockers_of(self.lights, bounded, self, device)
         self.balls = Balls()
         self.balls.center = ball_shapes.start
         self.balls.radius = ball_shapes.radius
         self.balls.color = wp.array(colors, dtype=wp.vec3, device=device)
-        self.balls.tree = self._tree(centers, centers, radii, device) if self._wandering else wp.uint64(0)
+        self.balls.tree = self._tree(centers, centers, radii, device) if self._secondary else wp.uint64(0)
 
     @functools.cached_property
     def tree(self):
-        """A tree of all elements, for rays that come from anywhere."""
+        """The bounding-volume tree of all elements, for secondary rays."""
         bounded = self.bounded
-        if not self._wandering:
+        if not self._secondary:
             return wp.uint64(0)
         return self._tree(bounded.start, bounded.end, bounded.radius, self.device)
 
@@ -138,7 +138,7 @@ def _place_on_lens(camera, out, angle) -> np.ndarray:
 
 
 def _view(camera, aside, band) -> View:
-    """The view from a point of the lens, `aside` of its middle: what is in focus stays where it is."""
+    """The view from a point of the lens, `aside` its offset from the middle; points in focus keep their pixels."""
     right, up, forward = camera.axes()
     pixel = 2.0 * math.tan(math.radians(camera.fov) / 2.0) / band.whole
     focus = camera.focus or float(np.linalg.norm(np.subtract(camera.look_at, camera.eye)))

@@ -1,4 +1,4 @@
-"""Pictures about pictures: depth, normals, whose surface it is and how its bodies mix, and what each ray cost.
+"""Diagnostic layers of a picture: depth, normals, owners, the share of each body, and the cost of each ray.
 
 | layer | array | content |
 |---|---|---|
@@ -105,7 +105,7 @@ class LayerPictures:
         if self._range is None:
             self._range = (depth[seen].min(), depth[seen].max()) if seen.any() else (0.0, 1.0)
         near, far = self._range
-        # Even steps of 1 / depth, so that a ground up to the horizon leaves some for what is near.
+        # Brightness is linear in 1 / depth, so that a ground up to the horizon does not use up the range.
         share = (near / np.where(seen, depth, far) - near / far) / max(1.0 - near / far, 1e-9)
         return np.repeat(np.where(seen, 0.15 + 0.85 * share, 0.0)[..., None], 3, axis=2)
 
@@ -117,7 +117,7 @@ class LayerPictures:
         weights, thing = layers["weights"], layers["thing"]
         color = weights @ _palette(weights.shape[2])
         grey = np.select([thing == PARTICLE, thing == SHAPE], [_PARTICLE, _SHAPE], 0.0)
-        # A hint of the shape.
+        # Shade a little by the normal, to show the shape.
         relief = 0.55 + 0.45 * np.abs(layers["normal"] @ _SLANT)
         return (color + grey[..., None]) * relief[..., None]
 

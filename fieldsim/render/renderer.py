@@ -44,13 +44,14 @@ class Renderer:
     size: (width, height) in pixels. quality: "draft" (edges get 4 samples a pixel) or "final" (up to 16).
     device: "cpu", "cuda", ... shadows, samples: switch shadows off, and set the greatest number of samples a pixel: 1,
     4 or 16. exposures: how many sharp pictures make one that a lens or a shutter blurs: 8, 32 if final.
-    tolerance: of the field, relative to its level: what of distant elements may be left out, and how far a hump that
-    only grazes a ray may rise unseen. rays: traced so far. A camera in a body sees the surface from within.
-    mode: how bodies are drawn: "soft", as their surfaces; "hard", each primitive by itself as what lies within the
-    material's radius: balls, capsules, arc tubes, slabs; "skeleton", as thin lines.
-    solver: how primary rays find surfaces, see `solvers`.
-    Raises InputError for a size, a quality, a mode or a solver that cannot be, and for a surface that the solver cannot
-    do.
+    tolerance: of the field, relative to its level, for the Hermite solver: the contribution of distant elements that
+    may be neglected, and how far a maximum of the field at a grazing ray may rise above the level without a hit. Scenes
+    of Gaussian points, segments and circles of positive strength are traced by packets of rays, where `tolerance` has
+    no effect: they neglect tails below 2e-6 of the level (see docs/pictures.md). rays: number traced so far. A camera
+    in a body sees the surface from within. mode: how bodies are drawn: "soft", as their surfaces; "hard", each
+    primitive by itself as what lies within the material's radius: balls, capsules, arc tubes, slabs; "skeleton", as
+    thin lines. solver: how primary rays find surfaces, see `solvers.by_name`. Raises InputError for a size, a quality,
+    a mode or a solver that cannot be, and for a surface that the solver cannot do.
     """
 
     def __init__(
@@ -80,7 +81,7 @@ class Renderer:
         self._tracer = Tracer(self.device, solver)
         self.solver = self._tracer.solver
         self.tolerance = validate.number("Renderer", "tolerance", tolerance, above=0.0)
-        self._looked = False
+        self._checked_empty = False
         self.band = Band(*self.size, 0, self.size[1])
         self._slot = None
 
@@ -119,7 +120,7 @@ class Renderer:
             if self.samples > 1:
                 shade = functools.partial(self._supersampled, stage)
                 self._smoother.smooth(self.samples, hits, color, shade)
-            self._look_for_surface(stage, hits)
+            self._warn_if_empty(stage, hits)
         picture = wp.empty((self.size[1], self.size[0], 3), dtype=wp.uint8, device=self.device)
         width, height = self.size
         slot = self._slot.reshape((height, width))
@@ -138,7 +139,7 @@ class Renderer:
         return np.where(depth < 0, np.inf, depth), hits.normal.numpy()[slot].reshape(height, width, 3)
 
     def layers(self, snapshot, camera: Camera) -> dict[str, np.ndarray]:
-        """What the rays through pixel centres find: arrays by the names of `layers.LAYERS`, and `owner`."""
+        """Diagnostic layers of the rays through pixel centres: arrays by the names of `layers.LAYERS`, and `owner`."""
         _check_one("Renderer.layers", snapshot, camera)
         self._layout()
         stage = Stage(snapshot, camera.at(snapshot.time), self)
@@ -151,23 +152,23 @@ class Renderer:
         return self._tracer.rays
 
     def _in_bands(self, snapshots, camera):
-        """The same, some rows at a time, as memory may not hold what is known of every pixel at once."""
+        """`_picture` in bands of rows, as the buffers of all pixels at once may not fit into memory."""
         width, height = self.size
         rows = max(_MOST_PIXELS // width, 1)
         picture = np.empty((height, width, 3), dtype=np.uint8)
         for top in range(0, height, rows):
-            # Smoothing looks at a pixel's neighbours.
+            # Antialiasing compares a pixel with its neighbours: one more row on each side.
             first, last = max(top - 1, 0), min(top + rows + 1, height)
             part = shallow(self)
             part.size = width, last - first
             part.band = Band(width, last - first, first, height)
             part._slot = None
             picture[top : top + rows] = part._picture(snapshots, camera)[top - first :][:rows]
-            self._looked = part._looked
+            self._checked_empty = part._checked_empty
         return picture
 
     def _developed(self, stage, samples, name):
-        """Linear colours of samples of the picture as the film takes them, and what they see."""
+        """(linear colours after exposure and tone, hits) of samples of the picture."""
         color, hits = self._tracer.colors(stage, samples, name)
         camera = stage.camera
         if camera.exposure != 0.0 or camera.tone != "clip":
@@ -182,7 +183,7 @@ class Renderer:
         grid = self._grid.numpy()
         for k in range(count):
             moment = k * len(snapshots) // count
-            # Times pass in order; places on the lens and in a pixel are spread evenly over any few that follow.
+            # Times are in order; any few consecutive points on the lens and in a pixel are spread evenly.
             u, v, x, y = np.modf(0.5 + (k + 1) * _SPREAD)[0]
             stage = Stage(snapshots[moment], cameras[moment], self, lens=(math.sqrt(u), math.tau * v))
             stage.lights.share, stage.lights.seed = count, k
@@ -211,11 +212,11 @@ class Renderer:
         stage.lights.share = share
         return self._developed(stage, samples, "samples")[0]
 
-    def _look_for_surface(self, stage, hits):
-        """Warn, at the first picture of bodies, where no pixel sees one as the field nowhere reaches the level."""
-        if self._looked or not stage.count:
+    def _warn_if_empty(self, stage, hits):
+        """Warn once, at the first picture of bodies, if no pixel shows one because the field stays below the level."""
+        if self._checked_empty or not stage.count:
             return
-        self._looked = True
+        self._checked_empty = True
         things = hits.thing.numpy()
         if ((things >= 0) & (things < int(BALLS))).any():
             return

@@ -1,4 +1,4 @@
-"""From samples of a picture to linear colours: rays from the eye, what lights them, mirrors and glass, fog."""
+"""From samples of a picture to linear colours: primary rays, shading, reflection and refraction, fog."""
 
 import numpy as np
 import warp as wp
@@ -10,7 +10,7 @@ from fieldsim.render.scene.intervals import CAMERA, REFLECTED, TRANSMITTED
 from fieldsim.render.shading import lights, packet_shadows, reflection, subtle
 from fieldsim.render.shading.fog import fog_kernel
 from fieldsim.render.solvers.by_name import solver_named
-from fieldsim.render.solvers.packet.packet_kernel import bells_kernel
+from fieldsim.render.solvers.packet.packet_kernel import packet_kernel
 from fieldsim.render.solvers.packet.simd import CPU_WIDTH, group_of
 from fieldsim.render.solvers.primary import OVERFLOW, trace_kernel
 
@@ -27,31 +27,31 @@ _HIT_FIELDS = {
 
 
 class Tracer:
-    """Traces and shades, keeping buffers. solver: a name, see `solvers`; rays: traced so far."""
+    """Traces and shades rays, keeping buffers. solver: a name, see `solvers.by_name`; rays: number traced so far."""
 
     def __init__(self, device, solver: str):
         self.device = device
         self.solver = solver_named(solver)
         self.rays = 0
-        self._lanes = 1 if device.is_cuda else CPU_WIDTH
+        self._simd_width = 1 if device.is_cuda else CPU_WIDTH
         self._hits = {}
 
     def colors(self, stage, samples, name) -> tuple[wp.array, Hits]:
-        """Linear colours (N,) of samples (N,) of the picture, and what they see; buffers are kept under `name`."""
+        """(linear colours (N,), hits) of samples (N,) of the picture; buffers are kept under `name`."""
         hits = self.trace(stage, samples, name)
         weight = wp.full(samples.shape[0], 1.0, dtype=float, device=self.device) if stage.optical else None
         return self._lit(stage, hits, samples.shape[0], weight, 0), hits
 
     def trace(self, stage, samples, name, *, exact=False, layered=False) -> Hits:
-        """What samples (N,) of the picture see; exact: with the rest of depths; layered: with what `layers` tell."""
+        """Hits of samples (N,). exact: with the rounding rest of depths; layered: with the data of `layers`."""
         count = samples.shape[0]
         hits = self._buffers(name, count, stage, exact)
         options = {"layered": True} if layered else self.solver.options
         if layered:
             layers.prepare(hits, count, stage.scene.materials.shape[0], self.device)
         inputs = [stage.view, stage.scene, self.solver.lists(stage), stage.balls, stage.ball_lists]
-        if stage.bells and not layered and self.solver.name == "hermite":
-            kernel = bells_kernel(stage.bells, self._lanes)
+        if stage.packet_kind and not layered and self.solver.name == "hermite":
+            kernel = packet_kernel(stage.packet_kind, self._simd_width)
             given = [stage.view, stage.scene, stage.table, stage.lists, stage.balls, stage.ball_lists]
             self._launch_groups(kernel, count, [*given, samples, hits])
         else:
@@ -62,7 +62,7 @@ class Tracer:
         return self._finished(stage, hits, count, CAMERA)
 
     def _onward(self, stage, hits, count, ray) -> Hits:
-        """What rays (N,) from places in the scene meet."""
+        """Hits of secondary rays (N,)."""
         inputs = [ray, stage.scene, stage.tree, stage.balls]
         launch(reflection.ray_kernel(stage.kinds), count, [*inputs, hits], device=self.device)
         late = np.flatnonzero(hits.thing.numpy()[:count] == int(OVERFLOW))
@@ -72,12 +72,12 @@ class Tracer:
     def _finished(self, stage, hits, count, ray):
         self.rays += count
         if stage.solids is not None:
-            # Subtle light asks the shapes itself.
+            # With coloured or soft shadows, subtle.shade_kernel tests the hard shapes, so `overlay` need not.
             stage.solids.overlay(hits, stage.lights, stage.view.pixel, count, ray, hide=not stage.subtle)
         return hits
 
     def _lit(self, stage, hits, count, weight, depth):
-        """Colours of hits. weight: how much each counts in the picture; depth: how often their rays have turned."""
+        """Colours of hits. weight: their share of the pixel; depth: number of reflections and refractions so far."""
         parts = None
         if stage.optical:
             parts = [wp.empty(count, dtype=wp.vec3, device=self.device) for _ in range(2)]
@@ -85,13 +85,13 @@ class Tracer:
         color = self._shade(stage, hits, count)
         if stage.optical and depth < reflection.DEEPEST:
             for ray, share in zip((REFLECTED, TRANSMITTED), parts, strict=True):
-                self._bounce(stage, hits, count, ray, share, weight, depth, color)
+                self._reflect(stage, hits, count, ray, share, weight, depth, color)
         if stage.fog is not None:
             launch(fog_kernel, count, [*stage.fog, stage.sky, hits], [color], device=self.device)
         return color
 
-    def _bounce(self, stage, hits, count, ray, share, weight, depth, color):
-        """Send on the rays of one kind that matter, and add what they bring back."""
+    def _reflect(self, stage, hits, count, ray, share, weight, depth, color):
+        """Trace the secondary rays of one kind whose weight matters, and add their colours."""
         slot = wp.empty(count, dtype=int, device=self.device)
         launch(reflection.worth, count, [share, weight], [slot], device=self.device)
         wp.utils.array_scan(slot, slot, inclusive=True)
@@ -108,19 +108,19 @@ class Tracer:
         launch(reflection.bring_back, count, [slot, share, found], [color], device=self.device)
 
     def _shade(self, stage, hits, count):
-        """Colours under the lights alone."""
+        """Colours from the lights and the sky, without reflection and refraction."""
         color = wp.empty(count, dtype=wp.vec3, device=self.device)
         rays = wp.empty(count, dtype=int, device=self.device)
         kernel_of = subtle.shade_kernel if stage.subtle else lights.shade_kernel
         light = [stage.balls, stage.shapes, stage.lights, stage.sky]
-        if stage.bells and not stage.subtle:
-            self._shade_bells(stage, hits, color, rays)
+        if stage.packet_kind and not stage.subtle:
+            self._shade_packets(stage, hits, color, rays)
         else:
             inputs = [stage.scene, stage.tree, *light, hits, color, rays]
             launch(kernel_of(stage.kinds), count, inputs, device=self.device, parts=self._shadow_rays(stage))
         late = np.flatnonzero(rays.numpy() < 0)
         if len(late):
-            # A tree is built when it is asked for.
+            # Reading stage.tree builds the tree.
             inputs = [stage.scene, stage.tree, *light]
             parts = self._shadow_rays(stage)
             self._launch_late(kernel_of(stage.kinds, True), late, stage, inputs, [hits, color, rays], parts)
@@ -129,14 +129,14 @@ class Tracer:
 
     @staticmethod
     def _shadow_rays(stage):
-        """Rays towards lights that a sample is given at most."""
+        """Greatest number of shadow rays of a sample."""
         if not stage.subtle:
             return 1
         return max(1, int((-(-stage.lights.samples.numpy() // stage.lights.share)).sum()))
 
-    def _shade_bells(self, stage, hits, color, rays):
-        """The same for surfaces that are made of bells."""
-        blockers, kind = stage.blockers, (stage.bells, self._lanes)
+    def _shade_packets(self, stage, hits, color, rays):
+        """The same by packets, for scenes of Gaussian elements."""
+        blockers, kind = stage.blockers, (stage.packet_kind, self._simd_width)
         cell = wp.empty((blockers.light.shape[0], color.shape[0]), dtype=int, device=self.device)
         arguments = [stage.table, blockers, stage.balls, stage.lights, stage.sky, hits, color, rays, cell]
         kernel = packet_shadows.shade_kernel(*kind, bool(blockers.tree))
@@ -150,7 +150,7 @@ class Tracer:
         """Hits with room for `count` samples, kept under `name`."""
         hits = self._hits.get(name)
         if hits is None or hits.depth.shape[0] < count:
-            # How many rays there are varies from frame to frame.
+            # The number of rays varies from frame to frame: leave room to grow.
             count = count if name == "pixels" else int(1.25 * count)
             hits = Hits()
             for field, dtype in _HIT_FIELDS.items():
@@ -171,7 +171,7 @@ class Tracer:
 
     def _launch_groups(self, kernel, count, arguments):
         """Launch a kernel whose items are groups of samples."""
-        launch(kernel, -(-count // group_of(self._lanes)), arguments, device=self.device, grain=64)
+        launch(kernel, -(-count // group_of(self._simd_width)), arguments, device=self.device, grain=64)
 
     def _launch_late(self, kernel, late, stage, inputs, outputs, parts=1):
         """Launch a kernel for the samples `late`, whose intervals did not fit, with global memory for them."""

@@ -1,4 +1,4 @@
-"""Bells in lanes: their mathematics, one lane against sixteen, and both against the kernels for all fields."""
+"""The packet tracer: its mathematics, one lane against sixteen, and both against the kernels for all fields."""
 
 import math
 
@@ -12,7 +12,7 @@ from fieldsim.render.device_scene import Stage
 from fieldsim.render.scene.compaction import picked
 from fieldsim.render.shading import packet_shadows
 from fieldsim.render.solvers.packet import gaussian_elements
-from fieldsim.render.solvers.packet.packet_kernel import bells_kernel
+from fieldsim.render.solvers.packet.packet_kernel import packet_kernel
 from fieldsim.render.solvers.packet.simd import CPU_WIDTH, OPTIONS, cpp
 
 SIZE = (65, 50)  # tiles and groups that are not full
@@ -37,7 +37,7 @@ def world_of(light=None, texture=None):
 
 def renderer(lanes=CPU_WIDTH, **options):
     result = fs.Renderer(SIZE, device="cpu", **options)
-    result._tracer._lanes = lanes
+    result._tracer._simd_width = lanes
     return result
 
 
@@ -47,21 +47,21 @@ def test_functions_in_lanes(width):
     const V x = load(given.data, 0);
     V i0, difference;
     bessel(size(x), i0, difference);
-    store(told.data, 0, exp(x)); store(told.data, 1, log(size(x))); store(told.data, 2, erfc(x));
-    store(told.data, 3, i0); store(told.data, 4, difference); store(told.data, 5, narrow(wide(x) * wide(x)));
+    store(result.data, 0, exp(x)); store(result.data, 1, log(size(x))); store(result.data, 2, erfc(x));
+    store(result.data, 3, i0); store(result.data, 4, difference); store(result.data, 5, narrow(wide(x) * wide(x)));
     """
 
     @wp.func_native(cpp(width, gaussian_elements.BESSEL + body))
-    def functions(given: wp.array(dtype=float), told: wp.array(dtype=float)): ...
+    def functions(given: wp.array(dtype=float), result: wp.array(dtype=float)): ...
 
     @wp.kernel(module="unique", enable_backward=False, module_options=OPTIONS)
-    def evaluate(given: wp.array2d(dtype=float), told: wp.array2d(dtype=float)):
-        functions(given[wp.tid()], told[wp.tid()])
+    def evaluate(given: wp.array2d(dtype=float), result: wp.array2d(dtype=float)):
+        functions(given[wp.tid()], result[wp.tid()])
 
     x = np.random.default_rng(0).uniform(-9.0, 9.0, (64, width)).astype(np.float32)
-    told = wp.full((64, 6 * width), math.nan, dtype=float, device="cpu")
-    wp.launch(evaluate, 64, [wp.array(x, dtype=float, device="cpu"), told], device="cpu")
-    found = told.numpy().reshape(64, 6, width).transpose(1, 0, 2).reshape(6, -1)
+    result = wp.full((64, 6 * width), math.nan, dtype=float, device="cpu")
+    wp.launch(evaluate, 64, [wp.array(x, dtype=float, device="cpu"), result], device="cpu")
+    found = result.numpy().reshape(64, 6, width).transpose(1, 0, 2).reshape(6, -1)
     x = x.ravel().astype(float)
     # exp(x) inherits x's rounding, up to 9 ulp of 6e-8; log has an error of float32's absolute near 0.
     np.testing.assert_allclose(found[0], np.exp(x), rtol=6e-7)
@@ -77,11 +77,11 @@ def test_functions_in_lanes(width):
     np.testing.assert_allclose(found[5], x * x, rtol=1e-7)
 
 
-def test_what_is_a_bell():
+def test_which_scenes_are_traced_by_packets():
     def kind_of(*primitives, **look):
         world = fs.World()
         world.add_body(fs.Body(list(primitives), surface=fs.Material(**look)))
-        return Stage(world.at(0.0), CAMERA, renderer()).bells
+        return Stage(world.at(0.0), CAMERA, renderer()).packet_kind
 
     point, line = fs.Point((0, 0, 0)), fs.Segment((0, 0, 0), (1, 0, 0))
     ring = fs.Circle((0, 0, 0), (0, 0, 1), 1.0)
@@ -110,7 +110,7 @@ def test_hits_are_those_of_the_general_kernel(lanes):
 
 
 def test_equal_shares():
-    """Bells in one place, each of them worth as much: brackets that begin any later than 1/n miss the surface."""
+    """Equal Gaussians at one place: a bracket that begins where one exceeds more than 1/n would miss the surface."""
     world = fs.World()
     points = [fs.Point((0, 0, 0))] * 6
     ring = fs.Circle((0, 0, -50), (0, 0, 1), 1.0)  # of the kinds compiled for the test above
@@ -145,8 +145,8 @@ def test_a_far_lamp_draws_what_the_sun_draws():
     far = tuple(1e4 * x for x in LIGHT)
     lamp = fs.PointLight(position=far)
     sun, lamp = (renderer(samples=1).frame(world_of(light), CAMERA).astype(int) for light in (None, lamp))
-    dark = renderer(samples=1, shadows=False).frame(world_of(), CAMERA).astype(int)
-    assert (np.abs(sun - dark).max(axis=2) > 16).mean() > 0.02
+    unshadowed = renderer(samples=1, shadows=False).frame(world_of(), CAMERA).astype(int)
+    assert (np.abs(sun - unshadowed).max(axis=2) > 16).mean() > 0.02
     assert (np.abs(sun - lamp).max(axis=2) > 2).mean() < 2e-3
 
 
@@ -177,7 +177,7 @@ def test_picked():
 @pytest.mark.parametrize("kind", ["points", "rings"])
 def test_one_lane_compiles_for_cuda(kind, tmp_path):
     kernels = {
-        "primary": bells_kernel(kind, 1),
+        "primary": packet_kernel(kind, 1),
         "shade": packet_shadows.shade_kernel(kind, 1, True),
         "cells": packet_shadows.cells_kernel(kind, 1),
     }

@@ -1,8 +1,8 @@
-"""Pictures on a device, each with smaller copies of itself, and how Warp functions look colours up in them.
+"""Mipmaps: pictures on a device, each with its smaller copies, and trilinear lookup in Warp functions.
 
-All pictures of a scene lie in one flat array of texels, each from its first texel, a row after the other from the top,
-then its copy of half the width and height, and so on down to a single texel (Williams 1983). A look between two copies
-and among four texels of each is smooth, and as sharp as pixels can show.
+All pictures of a scene lie in one flat array of texels. A picture starts at its first texel, row by row from the top;
+its copy of half the width and height follows, and so on down to a single texel (Williams 1983). A lookup interpolates
+between two copies and among four texels of each: smooth, and as sharp as pixels can show.
 """
 
 import functools
@@ -51,7 +51,7 @@ def _uploaded(pictures, device):
 
 @wp.func
 def _along(x: float, size: int, end: float):
-    """(texel, next texel, share of the next) at x pictures along; those without end repeat, others stop at `end`."""
+    """(texel, next texel, share of the next) at x, in pictures; without an end they repeat, others stop at `end`."""
     if end > 0.0:
         half = 0.5 / float(size)
         x = wp.clamp(x, half, wp.max(end - half, half))
@@ -77,8 +77,8 @@ def looked_up(
 ):
     """Linear colour of a picture at `place`, in pictures to the right and down.
 
-    ends: how many pictures there are, side by side and one above the other, 0 for ones that go on or close; covered:
-    texels, of a side, that a pixel covers.
+    ends: number of pictures side by side and one above the other, 0 if they repeat or close; covered: texels along a
+    side of what a pixel covers.
     """
     level = wp.clamp(wp.log2(wp.max(covered, 1.0)), 0.0, _MOST_HALVED)
     start = int(first)

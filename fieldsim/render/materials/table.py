@@ -1,8 +1,8 @@
-"""Materials on a device: a table with a row for each, and what Warp functions read of it.
+"""Materials on a device: a table of rows, and the Warp functions that read it.
 
 | columns | content |
 |---|---|
-| RGB.. | linear colour, of a texture its first |
+| RGB.. | linear colour; the first colour of a texture |
 | FACTORS.. | ambient, diffuse, specular, shininess |
 | KIND | of the texture, 0 for a plain colour (see `world.texture`) |
 | OTHER.., SCALE, TURBULENCE, SEED | of a solid texture; OTHER is a linear colour |

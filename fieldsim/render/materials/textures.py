@@ -1,7 +1,7 @@
 """Textures as Warp functions; see `world.texture`.
 
-Where a picture lies is a *spot*: (u, v, length of the way around or along in u, likewise in v), and *ends*: for u and
-v, 1 where it has ends there and 0 where it goes on or closes.
+A place on a picture is a *spot* (u, v, length of the surface along u, length along v) with *ends*: for u and v, 1 if
+the picture has an end there, 0 if it repeats or closes.
 """
 
 import math
@@ -63,7 +63,7 @@ def blend_at(kind: int, p: wp.vec3, turbulence: float, seed: int):
         return 0.5 + 0.5 * wp.sin(TAU * (p[0] + turbulence * noise))
     rings = wp.sqrt(p[0] * p[0] + p[1] * p[1]) + turbulence * noise
     grown = rings - wp.floor(rings)
-    # A year's wood darkens slowly and ends sharply.
+    # A growth ring darkens slowly and ends sharply.
     return grown * grown
 
 

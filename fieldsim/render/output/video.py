@@ -7,8 +7,8 @@
 | `name.png` | one picture: the last frame |
 | `folder/` or `name_%04d.png` | a sequence of pictures, numbered from 0 |
 
-mp4 and GIF are encoded by the ffmpeg that comes with imageio-ffmpeg, run here as a process: imageio's own writer drops
-ffmpeg's exit status and words, so that a full disk would pass for a finished film.
+mp4 and GIF are encoded by the ffmpeg that comes with imageio-ffmpeg, run here as a process: imageio's own writer
+ignores ffmpeg's exit status and messages, so that a full disk would pass for a finished film.
 """
 
 import contextlib
@@ -154,7 +154,7 @@ class Film(Uncopied):
         return self._failure
 
     def _kept(self):
-        """Keep the frames so far under a name that is free; words on them, "" where there are none."""
+        """Keep the frames so far under a free name; returns the message about them, "" if there are none."""
         if self._part is None or not self.frames or self.still:
             return ""
         self._writer.finish()
@@ -162,7 +162,7 @@ class Film(Uncopied):
         return files.kept_words(name, self.frames, self.planned, "frame")
 
     def _close(self):
-        """Let go of what is open, and remove what has not appeared."""
+        """Close what is open, and remove temporary files."""
         if self._writer is not None:
             self._writer.abandon()
         if self._part is not None:
@@ -187,7 +187,7 @@ class _Encoded:
         source = f"-f rawvideo -pix_fmt rgb24 -s {width}x{height} -r {_rate(fps)} -i -".split()
         self.words = tempfile.TemporaryFile()
         self.process = subprocess.Popen(
-            # Before a colon ffmpeg would look for a protocol.
+            # ffmpeg would take what stands before a colon for a protocol.
             [encoder, "-y", "-v", "error", "-nostats", *source, *self.options, f"file:{partial}"],
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
@@ -216,7 +216,7 @@ class _Encoded:
             raise OSError(self._said())
 
     def _said(self):
-        """The last of ffmpeg's own words, or how it ended."""
+        """The last message of ffmpeg, or its exit status."""
         self.words.seek(0)
         lines = [line.strip() for line in self.words.read().decode(errors="replace").splitlines() if line.strip()]
         status = self.process.returncode
@@ -362,7 +362,7 @@ def _frame(target, index):
 def _write_png(path, image):
     import imageio.v3 as imageio
 
-    # Into memory first: an encoder that meets a full disk can leave a half-written file without a word.
+    # Into memory first: on a full disk an encoder can leave a half-written file without an error.
     path.write_bytes(imageio.imwrite("<bytes>", image, extension=".png"))
 
 

@@ -1,4 +1,4 @@
-"""How far each element reaches and how sharply it bends: bounding volumes, and the scene in float32 from the eye.
+"""Bounds of elements: reach, bounding volume and greatest bend (curvature of log F), relative to the eye.
 
 Beyond its reach an element contributes less than the tolerance to a field whose surface is at 1. At the surface of an
 isolated Gaussian of blobbiness B the slope is 2B/R, so leaving that much out moves it by tolerance R / (2|B|).
@@ -7,7 +7,7 @@ The *bend* K of an element is a number such that along any ray, where its field 
 log F (compact kernels: of 2 sqrt F) is at least -K. It is that of the kernel, however the kernel is spread: for
 F = integral of exp(phi), (log F)'' is the mean of phi'' plus a variance, so that together the sharpest counts; for
 F = integral of v^2, (sqrt F)'' is at least integral(v v'') / sqrt(F), and so at least -max|v''| sqrt(measure), and
-several count as the root of their squares' sum. See `hermite` for its use.
+several add up as the root of the sum of their squares. See `hermite` for its use.
 """
 
 import dataclasses
@@ -45,11 +45,11 @@ ORDER = {Newtonian: 1, InverseSquare: 2, Cauchy: 4}
 ENDS = -1
 # Powers of length that kernels have as their unit.
 _UNITS = {Newtonian: 1, InverseSquare: 2}
-# What stands for infinity, in units of the scene.
+# Used for infinity, in units of the scene.
 FAR = 1e7
 # Greatest |(sqrt h)''| along any ray in units of 1 / radius^2.
 _ROOT_BENDS = {Quartic: 2.0, SoftObject: 22.0 / 9.0, Metaball: 5.52}
-# Where strengths have both signs nothing above is promised; elements then count as this much sharper.
+# With strengths of both signs these bounds do not hold; bends are then multiplied by this factor.
 _SIGNED = 8.0
 # Among how many elements that end near to each other the tolerance is shared; and, as Cauchy's tails are so long that
 # many small ones add up, among the root of how many of those at most.

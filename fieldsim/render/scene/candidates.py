@@ -1,7 +1,8 @@
 """Which capsules each screen tile sees, sorted by depth: the candidates of its primary rays.
 
-Built per frame: every capsule counts the tiles that it touches, a scan gives it room, it writes its tiles down, and a
-stable sort by tile leaves each tile's capsules from near to far. There is no cap on their number.
+Built per frame: count the tiles that each capsule overlaps, scan the counts for offsets, write (tile, capsule) pairs,
+and sort them by tile; the sort is stable, so that each tile's capsules stay sorted from near to far. Their number has
+no limit.
 """
 
 # ruff: noqa: UP018, RUF046 - float(0.0) and int(0) make variables that Warp lets a loop change
@@ -26,7 +27,7 @@ class View:
     right: wp.vec3
     up: wp.vec3
     forward: wp.vec3
-    center: wp.vec2  # the pixel that is straight ahead
+    center: wp.vec2  # the pixel on the optical axis
     width: int
     height: int
     tiles: int  # across
@@ -140,7 +141,7 @@ def _touches(view: View, tx: int, ty: int, start: wp.vec3, end: wp.vec3, radius:
 
 @wp.func
 def _sees(view: View, r: wp.vec4i, tx: int, ty: int, start: wp.vec3, end: wp.vec3, radius: float):
-    """Whether tile (tx, ty) of the rectangle r may see a capsule; the only tile of a rectangle needs no second look."""
+    """Whether tile (tx, ty) of the rectangle r may see a capsule; a rectangle of one tile is not tested again."""
     if r[0] == r[1] and r[2] == r[3]:
         return True
     return _touches(view, tx, ty, start, end, radius)
@@ -232,7 +233,7 @@ def capsules(start, end, radius, device) -> Capsules:
     length2 = np.maximum(np.einsum("ij,ij->i", along, along), 1e-300)
     u = np.clip(-np.einsum("ij,ij->i", start, along) / length2, 0.0, 1.0)
     closest = start + u[:, None] * along
-    # Rounded down a little: a near distance is a promise.
+    # Rounded down a little: `near` must be a lower bound.
     near = np.maximum(np.sqrt(np.einsum("ij,ij->i", closest, closest)) * (1 - 1e-6) - radius * (1 + 1e-6), 0.0)
     return Capsules(
         wp.array(start, dtype=wp.vec3, device=device),

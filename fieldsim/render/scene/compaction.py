@@ -1,4 +1,4 @@
-"""Picking out entries of arrays on a device."""
+"""Stream compaction: the entries of an array that are wanted, on a device."""
 
 import warp as wp
 
@@ -26,7 +26,7 @@ def _pack(
 
 
 def picked(values: wp.array) -> tuple[wp.array, wp.array, int]:
-    """(those entries that are >= 0, in order; where they were; how many), in arrays with room for twice as many."""
+    """(entries >= 0 in order, their indices, their number); the arrays have twice that length, for a radix sort."""
     device, number = values.device, values.shape[0]
     slot = wp.empty(number, dtype=int, device=device)
     launch(_chosen, number, [values], [slot], device=device, grain=1 << 14)

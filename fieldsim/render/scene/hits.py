@@ -1,4 +1,4 @@
-"""What is traced besides fields, and what rays bring back."""
+"""Lights and particles on a device, and the hits of rays."""
 
 import numpy as np
 import warp as wp
@@ -8,10 +8,10 @@ from fieldsim.render.scene.tables import FOREVER
 
 @wp.struct
 class Lights:
-    """Lights. color: linear; shadows: 0 or 1; samples: rays at most towards each, of all `share` samples of a pixel.
+    """Lights. color: linear; shadows: 0 or 1; samples: greatest number of rays to each, for `share` samples of a pixel.
 
-    where: a position relative to the eye (w = 1) or a direction towards the light (w = 0); size: radius of the ball
-    there that shines, of the disc at distance 1 for a direction; seed: of where the rays go.
+    where: a position relative to the eye (w = 1) or a direction towards the light (w = 0); size: radius of a luminous
+    ball, or of the disc at distance 1 for a direction; seed: of the random directions of rays.
     """
 
     where: wp.array(dtype=wp.vec4)
@@ -35,13 +35,13 @@ class Balls:
 
 @wp.struct
 class Hits:
-    """What each sample sees.
+    """Hits of samples.
 
-    depth: distance, negative for a miss; rest: what float32 leaves out of it, or empty; thing: -1 nothing, 0.. a
+    depth: distance, negative for a miss; rest: its rounding error in float32, or empty; thing: -1 nothing, 0.. a
     material, from BALLS on a particle, from SOLIDS on a hard shape; color: linear; light: factors of ambient, diffuse
     and specular light, and the shininess; lift: how far above the hit shadow rays start; blocked (samples, lights): 1
     where a hard shape hides a light, empty without any; origin: where rays start, empty for those from the eye; optics:
-    see `Scene`, with 1 last where the ray was inside, empty where all is opaque and dull.
+    see `Scene`, with 1 in the last place if the ray was inside; empty if nothing reflects or transmits.
     For layers alone: work (samples, 2): see `tables.Scene`; weights (samples, materials): the materials' fields there.
     """
 
@@ -74,7 +74,7 @@ def origin_of(i: int, hits: Hits):
 
 @wp.func
 def above(i: int, hits: Hits):
-    """The place that a sample sees, a little on this side of the surface: where rays towards lights start."""
+    """Where shadow rays start: the hit, moved by `lift` off the surface towards the eye."""
     return origin_of(i, hits) + hits.depth[i] * hits.direction[i] + hits.lift[i] * hits.normal[i]
 
 
@@ -96,11 +96,11 @@ def behind_shape(i: int, light: int, hits: Hits):
 
 @wp.func
 def write_rest(i: int, rest: float, hits: Hits):
-    """Write down what float32 leaves out of a depth, where that is asked for."""
+    """Store the rounding error of a depth in float32, if `rest` has room."""
     if hits.rest.shape[0] > 0:
         hits.rest[i] = rest
 
 
 def exact_depth(hits: Hits, count: int) -> np.ndarray:
-    """Distances of the first `count` hits in float64, (count,), of which the rest was asked for."""
+    """Distances of the first `count` hits in float64, (count,); the hits must have been traced with `exact`."""
     return hits.depth.numpy()[:count].astype(float) + hits.rest.numpy()[:count]

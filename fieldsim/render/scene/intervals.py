@@ -1,4 +1,4 @@
-"""Rays that come from anywhere: the intervals of elements that they cross, from a tree, and particles ahead."""
+"""Secondary rays: the intervals in which they cross elements' bounding volumes, from a tree, and particles ahead."""
 
 # ruff: noqa: UP018, RUF046 - int(0) makes a variable that Warp lets a loop change
 
@@ -11,7 +11,7 @@ from fieldsim.world.material import RAYS
 
 CAMERA, SHADOW, REFLECTED, TRANSMITTED = (wp.constant(1 << k) for k in range(len(RAYS)))
 FULL = wp.constant(-1)  # instead of a count: the intervals do not fit
-BLOCKED = wp.constant(-2)  # one element alone stands in the way
+BLOCKED = wp.constant(-2)  # one element alone exceeds the level
 
 
 @wp.func
@@ -28,9 +28,9 @@ def collect(
     t1s: wp.array(dtype=float),
     room: int,
 ):
-    """How many intervals of elements that this kind of ray meets lie before `far`, sorted into the lists; or FULL.
+    """Collect the sorted intervals before `far` of elements visible to this kind of ray; returns their number or FULL.
 
-    opaque: whether a point that by itself is above the level may end it, with BLOCKED: all strengths being positive.
+    opaque: return BLOCKED at a point element that alone exceeds the level (valid if all strengths are positive).
     """
     if scene.kinds.shape[0] == 0:
         return 0

@@ -1,4 +1,4 @@
-"""A scene's elements on a device, as rays read them."""
+"""A scene's elements on a device, for the kernels that trace rays."""
 
 import warp as wp
 
@@ -17,7 +17,7 @@ class Scene:
     optics (M,): shares of light reflected and transmitted, index of refraction, 0; visible (N,): bits of the rays that
     meet an element. turns, shifts (M,): x -> turn x + shift takes a point to the frame of the material's body, in the
     world's units.
-    work: for counted sweeps, of one ray: evaluations of the field so far, and of single elements.
+    work (2,): counters of the cost layer, of one ray: evaluations of the field, evaluations of elements.
     """
 
     rows: wp.array2d(dtype=float)

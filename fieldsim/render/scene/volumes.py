@@ -1,4 +1,4 @@
-"""Where a ray enters and leaves the volumes that bound elements: sphere, capsule, piece of a torus, prism, slab.
+"""Where a ray enters and leaves elements' bounding volumes: sphere, capsule, piece of a torus, prism, slab.
 
 Each function takes a ray o + t d, |d| = 1, and returns t0 <= t1, or t0 > t1 for a miss. The volume of an arc may be
 pierced twice; the result then spans both passages.

@@ -22,7 +22,7 @@ _ROOM = wp.constant(64)  # intervals of a shadow ray in local memory
 
 @wp.func
 def ball_shadow(o: wp.vec3, d: wp.vec3, far: float, balls: Balls):
-    """Whether a particle other than one that o lies on stands in the way."""
+    """Whether a particle, other than one on which o lies, blocks a ray."""
     if balls.radius.shape[0] == 0:
         return False
     query = wp.bvh_query_ray(balls.tree, o, d)
@@ -36,7 +36,7 @@ def ball_shadow(o: wp.vec3, d: wp.vec3, far: float, balls: Balls):
 
 @wp.func
 def unlit(i: int, hits: Hits, sky: Sky):
-    """The colour of a sample without lights: the sky, or what it throws on a surface."""
+    """The colour of a sample without lights: the sky, or its ambient light on a surface."""
     if hits.thing[i] == -1:
         return background(hits.direction[i], sky)
     u = 0.5 + 0.5 * hits.normal[i][2]
@@ -46,7 +46,7 @@ def unlit(i: int, hits: Hits, sky: Sky):
 
 @wp.func
 def lit(i: int, toward: wp.vec3, light: wp.vec3, hits: Hits):
-    """What a light adds to the colour of a sample on a surface that faces it."""
+    """Diffuse and specular light of one light source on a surface that faces it."""
     n = hits.normal[i]
     factors = hits.light[i]
     half = wp.normalize(toward - hits.direction[i])

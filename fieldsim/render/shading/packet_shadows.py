@@ -1,7 +1,7 @@
-"""Shadows of bells: which of them stand between a point and a light.
+"""Shadows of Gaussian elements: which elements lie between a point and a light.
 
-Parallel light looks at the scene as a camera without a vanishing point does: a grid across its direction lists the
-bells above and below each cell, and a shadow ray never leaves its cell. Other lights ask a tree.
+For a directional light the elements are sorted into a 2-D grid perpendicular to the light (an orthographic projection),
+so that a shadow ray stays within one cell. Point lights use the bounding-volume tree.
 """
 
 # ruff: noqa: UP018, RUF046 - float(0.0) and int(0) make variables that Warp lets a loop change
@@ -20,7 +20,7 @@ from fieldsim.render.scene.tables import NO_HIT
 from fieldsim.render.shading.lights import ball_shadow, lit, unlit
 from fieldsim.render.shading.sky import Sky
 from fieldsim.render.solvers.packet import packet_tracer
-from fieldsim.render.solvers.packet.gaussian_elements import Bells
+from fieldsim.render.solvers.packet.gaussian_elements import GaussianElements
 from fieldsim.render.solvers.packet.simd import OPTIONS, group_of
 
 _MOST = 256  # cells along a side of a grid
@@ -28,11 +28,11 @@ _MOST = 256  # cells along a side of a grid
 
 @wp.struct
 class Blockers:
-    """What may block light: a tree of all elements, and a grid for each parallel light.
+    """Occluders: a tree of all elements, and a grid for each directional light.
 
-    Cell c of grid k lists ids[first[k side^2 + c] : first[k side^2 + c + 1]], large ones first. grid: a light's grid,
-    or -1; light: a grid's light; right, up: axes across its light, per cell, and the grid's corner, in cells; side:
-    cells along a side.
+    Cell c of grid k lists ids[first[k side^2 + c] : first[k side^2 + c + 1]], largest radius first. grid: a light's
+    grid, or -1; light: a grid's light; right, up: axes across its light, per cell, and the grid's corner, in cells;
+    side: cells along a side.
     """
 
     tree: wp.uint64
@@ -68,7 +68,7 @@ def _fill(
 
 
 def blockers_of(lights, bounded, stage, device) -> Blockers:
-    """Blockers of the lights; the tree is the stage's, where one is needed."""
+    """Occluders for the lights; the tree is the stage's, and only built for point lights."""
     blockers = Blockers()
     where, casting = lights.where.numpy(), lights.shadows.numpy() == 1
     parallel = np.flatnonzero(casting & (where[:, 3] == 0.0))
@@ -107,7 +107,7 @@ def _rectangles(toward, bounded, order, side):
     right /= np.linalg.norm(right)
     across = np.stack([right, np.cross(toward, right)], axis=1)
     ends = np.stack([bounded.start[order] @ across, bounded.end[order] @ across])
-    # Cells a little larger than the float32 positions on them are uncertain.
+    # Widen by more than the rounding of float32 positions.
     radius = bounded.radius[order, None] * (1 + 1e-5)
     low, high = ends.min(axis=0) - radius, ends.max(axis=0) + radius
     corner = low.min(axis=0)
@@ -133,9 +133,9 @@ def _cell_of(p: wp.vec3, grid: int, blockers: Blockers):
 
 @functools.cache
 def shade_kernel(kind, width, trees):
-    """The kernel that shades hits on surfaces made of bells, but for the lights of grids, whose cells it tells.
+    """The kernel that shades hits by point lights, and finds the grid cell of each hit for each directional light.
 
-    trees: whether there are other lights that cast shadows.
+    trees: whether any point light casts shadows.
     """
     first_hits = packet_tracer.first_hits_function(kind, width, shadow=True)
     rows = int(packet_tracer.RAY_ROWS)
@@ -143,16 +143,16 @@ def shade_kernel(kind, width, trees):
     group = group_of(width)
 
     @wp.func
-    def dark(
+    def occlusion(
         p: wp.vec3,
         toward: wp.vec3,
         far: float,
-        table: Bells,
+        table: GaussianElements,
         blockers: Blockers,
         rays: wp.array(dtype=float),
         found: wp.array(dtype=int),
     ):
-        """Whether the tree's elements block a ray: a distance, NO_HIT or GIVEN_UP."""
+        """Where an element of the tree blocks a ray: a distance, NO_HIT or GIVEN_UP."""
         query = wp.bvh_query_ray(blockers.tree, p, toward)
         i = int(0)
         count = int(0)
@@ -165,14 +165,14 @@ def shade_kernel(kind, width, trees):
             rays[(packet_tracer.START + k) * width] = p[k]
             rays[(packet_tracer.DIRECTION + k) * width] = toward[k]
         rays[packet_tracer.FAR * width] = far
-        # Distances of elements matter where the first hit does.
+        # The elements' distances (the fifth argument) are read for first hits only: any array does here.
         first_hits(table, found, 0, count, rays, rays, found)
         return rays[packet_tracer.HIT * width]
 
     @wp.func
     def shade(
         i: int,
-        table: Bells,
+        table: GaussianElements,
         blockers: Blockers,
         balls: Balls,
         lights: Lights,
@@ -205,7 +205,7 @@ def shade_kernel(kind, width, trees):
                     elif wp.static(trees):
                         rays = wp.zeros(shape=wp.static(rows * width), dtype=float)
                         found = wp.zeros(shape=room, dtype=int)
-                        blocked = dark(p, toward, far, table, blockers, rays, found)
+                        blocked = occlusion(p, toward, far, table, blockers, rays, found)
                         if blocked == packet_tracer.GIVEN_UP:
                             rays_cast = -1
                             break
@@ -215,9 +215,9 @@ def shade_kernel(kind, width, trees):
         cast[i] = rays_cast
 
     @wp.kernel(module="unique", enable_backward=False, module_options=OPTIONS)
-    def shade_bells(
+    def shade_packets(
         start: int,
-        table: Bells,
+        table: GaussianElements,
         blockers: Blockers,
         balls: Balls,
         lights: Lights,
@@ -231,11 +231,11 @@ def shade_kernel(kind, width, trees):
         for i in range(first, wp.min(first + group, color.shape[0])):
             shade(i, table, blockers, balls, lights, sky, hits, color, cast, cell)
 
-    return shade_bells
+    return shade_packets
 
 
 def by_cell(cell: wp.array, cells: int) -> tuple[wp.array, wp.array]:
-    """(keys, entries): the entries >= 0 of `cell` (all below `cells`) in order, and where they were."""
+    """(keys, indices): the entries >= 0 of `cell` (all below `cells`), sorted, and their indices in `cell`."""
     key, ids, total = picked(cell)
     if total:
         wp.utils.radix_sort_pairs(key, ids, total, end_bit=max(int(cells).bit_length(), 1))
@@ -244,7 +244,7 @@ def by_cell(cell: wp.array, cells: int) -> tuple[wp.array, wp.array]:
 
 @functools.cache
 def cells_kernel(kind, width):
-    """The kernel that adds the light of grids to hits in the order of cells, `width` of one cell at a time."""
+    """The kernel that adds directional light to hits sorted by cell, `width` hits of one cell at a time."""
     first_hits = packet_tracer.first_hits_function(kind, width, shadow=True)
     rows = int(packet_tracer.RAY_ROWS)
     group = group_of(width)
@@ -252,7 +252,7 @@ def cells_kernel(kind, width):
     @wp.kernel(module="unique", enable_backward=False, module_options=OPTIONS)
     def shade_cells(
         start: int,
-        table: Bells,
+        table: GaussianElements,
         blockers: Blockers,
         lights: Lights,
         hits: Hits,
@@ -280,7 +280,7 @@ def cells_kernel(kind, width):
                             rays[(packet_tracer.DIRECTION + k) * width + lane] = toward[k]
                         rays[packet_tracer.FAR * width + lane] = far
                         number += 1
-            # Distances of elements matter where the first hit does.
+            # The elements' distances (the fifth argument) are read for first hits only: any array does here.
             first_hits(table, blockers.ids, blockers.first[cell], blockers.first[cell + 1], rays, rays, none)
             for lane in range(number):
                 i = ids[at + lane] % color.shape[0]

@@ -1,8 +1,8 @@
-"""Mirrors and glass: rays that leave a surface again, and what they bring back.
+"""Reflection and refraction: secondary rays of mirrors and glass, Fresnel's and Snell's laws.
 
-At a hit the light that the eye receives has three parts: mirrored, let in, and what the surface itself sends of the
-lights' and the sky's. The second is tinted as it enters and bent by Snell's law; of it Fresnel's law mirrors a part,
-all of it beyond the critical angle. Whitted 1980; Born & Wolf 1999, 1.5.
+At a hit the light towards the eye has three parts: reflected, transmitted, and the surface's own shading by lights and
+sky. The transmitted part is tinted on entry and refracted by Snell's law; Fresnel's law reflects a share of it, all of
+it beyond the critical angle. Whitted 1980; Born & Wolf 1999, 1.5.
 """
 
 # ruff: noqa: UP018, RUF046 - float(0.0) and int(0) make variables that Warp lets a branch change
@@ -17,14 +17,14 @@ from fieldsim.render.scene.tables import NO_HIT, Scene
 from fieldsim.render.solvers import hermite
 from fieldsim.render.solvers.primary import OVERFLOW, recorder
 
-DEEPEST = 12  # bounces of a ray
+DEEPEST = 12  # reflections and refractions of a ray
 _FAINT = wp.constant(1.0 / 512.0)  # share of white below which a ray is not followed
 _ROOM = wp.constant(64)  # intervals of a ray in local memory
 
 
 @wp.func
 def fresnel(cosine: float, eta: float):
-    """Share of unpolarised light that is mirrored, coming in at an angle; eta: index of refraction ahead by behind."""
+    """Fresnel reflectance of unpolarised light at an angle of incidence; eta: index of refraction ahead by behind."""
     root = eta * eta - 1.0 + cosine * cosine
     if root <= 0.0:
         return 1.0
@@ -37,7 +37,7 @@ def fresnel(cosine: float, eta: float):
 
 @wp.func
 def refracted(d: wp.vec3, n: wp.vec3, eta: float):
-    """Direction behind a surface with normal n, towards where d comes from, by Snell's law; not beyond the angle."""
+    """Direction of the refracted ray (Snell's law); n: normal, facing d. Not beyond the critical angle."""
     cosine = -wp.dot(d, n)
     root = wp.sqrt(wp.max(eta * eta - 1.0 + cosine * cosine, 0.0))
     return wp.normalize((d + (cosine - root) * n) / eta)
@@ -51,7 +51,7 @@ def _ratio(optics: wp.vec4):
 
 @wp.kernel(enable_backward=False)
 def part(start: int, hits: Hits, mirrored: wp.array(dtype=wp.vec3), let_in: wp.array(dtype=wp.vec3)):
-    """Part the light: what mirrored and transmitted rays count, and less of ambient and diffuse light for the rest."""
+    """Split the light: weights of reflected and transmitted rays; reduces ambient and diffuse factors by the rest."""
     i = start + wp.tid()
     mirrored[i] = wp.vec3(0.0, 0.0, 0.0)
     let_in[i] = wp.vec3(0.0, 0.0, 0.0)
@@ -76,7 +76,7 @@ def part(start: int, hits: Hits, mirrored: wp.array(dtype=wp.vec3), let_in: wp.a
 
 @wp.kernel(enable_backward=False)
 def worth(start: int, share: wp.array(dtype=wp.vec3), weight: wp.array(dtype=float), follow: wp.array(dtype=int)):
-    """Whether a ray of the next generation matters in the picture."""
+    """Whether a secondary ray has enough weight in the picture."""
     i = start + wp.tid()
     follow[i] = wp.where(weight[i] * wp.max(share[i]) > _FAINT, 1, 0)
 
@@ -101,7 +101,7 @@ def send(
     onward: Hits,
     onward_weight: wp.array(dtype=float),
 ):
-    """Start the rays that are worth it, each into its slot."""
+    """Start the rays that have enough weight, each in its slot."""
     i = start + wp.tid()
     k = _slot_of(i, slot)
     if k < 0:
@@ -125,7 +125,7 @@ def bring_back(
     found: wp.array(dtype=wp.vec3),
     color: wp.array(dtype=wp.vec3),
 ):
-    """Add what the rays found, each times its share."""
+    """Add the colours of secondary rays, each times its share."""
     i = start + wp.tid()
     k = _slot_of(i, slot)
     if k >= 0:

@@ -1,4 +1,4 @@
-"""What rays that hit nothing see: a vertical gradient and stars, or a picture. Its colour also fills the shadows."""
+"""The sky, seen by rays that miss: a gradient and stars, or a picture; also the source of ambient light."""
 
 # ruff: noqa: UP018, RUF046 - float(0.0) and int(0) make variables that Warp lets a loop change
 
@@ -10,8 +10,8 @@ import warp as wp
 from fieldsim.render.materials.mipmaps import looked_up, uploaded
 from fieldsim.world.color import color_rgb
 
-AMBIENT = 0.55  # share of the sky's colour that fills shadows
-FILL = 0.045  # and of a neutral light, so that black skies leave shapes visible
+AMBIENT = 0.55  # ambient light: share of the sky's colour
+FILL = 0.045  # ambient light: share of white, so that shapes stay visible under a black sky
 
 _TAU = wp.constant(math.tau)
 _CELLS = wp.constant(48.0)  # grid cells of stars along a side of the sky's cube
@@ -64,10 +64,10 @@ def _star(d: wp.vec3, sky: Sky):
     state = wp.rand_init(face, int(x) + 4096 * int(y))
     if wp.randf(state) > 0.35 * sky.stars:
         return 0.0
-    # Stars keep away from the borders of their cells, so that no neighbour needs a look.
+    # Stars stay away from the borders of their cells, so that no neighbouring cell need be tested.
     dx = (x - wp.floor(x) - 0.2 - 0.6 * wp.randf(state)) / _CELLS * 2.0
     dy = (y - wp.floor(y) - 0.2 - 0.6 * wp.randf(state)) / _CELLS * 2.0
-    # The cube's plane stretches angles by 1/|w|^2 at most; close enough for a dot of light.
+    # The cube's plane stretches angles by 1/|w|^2 at most: good enough for a dot.
     spread = (dx * dx + dy * dy) * w * w / (sky.star_radius * sky.star_radius)
     if spread > 9.0:
         return 0.0

@@ -1,8 +1,7 @@
-"""`shading` without its short cuts: lights with an extent, shadows of what is transparent, bodies that cast none.
+"""Shading with soft and coloured shadows: lights with an extent, transparent bodies, bodies that cast no shadow.
 
-Rays go to points spread evenly over a light, turned about at random from sample to sample; where the first few all
-agree, no more are sent. What crosses a transparent body loses what its surface mirrors or keeps, and takes its colour;
-it is not bent.
+Shadow rays go to points spread evenly over a light, rotated at random from sample to sample; if the first few agree, no
+more are sent. Light through a transparent body is reduced by reflection and tinted; it is not refracted.
 """
 
 # ruff: noqa: UP018, RUF046 - float(0.0) and int(0) make variables that Warp lets a loop change
@@ -23,7 +22,7 @@ from fieldsim.render.solids.overlay import Shapes, shape_light
 from fieldsim.render.solvers import hermite
 
 _ROOM = wp.constant(64)  # intervals of a shadow ray in local memory
-_CROSSINGS = wp.constant(64)  # surfaces that light goes through at most
+_CROSSINGS = wp.constant(64)  # greatest number of surfaces that light crosses
 _DARK = wp.constant(1.0 / 512.0)
 _TAU = wp.constant(math.tau)
 # Fractions of the plastic number: points that fill a square evenly, however many (Roberts 2018).
@@ -63,7 +62,7 @@ def shade_kernel(kinds_used, in_scratch=False):
         t1s: wp.array(dtype=float),
         count: int,
     ):
-        """What a surface at p lets in of white light, materials mixed by weight."""
+        """Share of white light, by colour, that a surface at p transmits; materials mixed by weight."""
         f = float(0.0)
         light = wp.vec3(0.0, 0.0, 0.0)
         for k in range(count):
@@ -88,7 +87,7 @@ def shade_kernel(kinds_used, in_scratch=False):
         t1s: wp.array(dtype=float),
         room: int,
     ):
-        """What convolution surfaces let through of white light; negative where the intervals do not fit."""
+        """Share of white light that convolution surfaces transmit along a ray; negative if the intervals do not fit."""
         count = collect(scene, tree, o, d, far, SHADOW, False, ids, t0s, t1s, room)
         light = wp.vec3(1.0, 1.0, 1.0)
         if count == FULL:
@@ -123,7 +122,7 @@ def shade_kernel(kinds_used, in_scratch=False):
         t1s: wp.array(dtype=float),
         room: int,
     ):
-        """What arrives of white light; negative where the intervals do not fit."""
+        """Share of white light that arrives from a light; negative if the intervals do not fit."""
         if ball_shadow(p, toward, far, balls):
             return wp.vec3(0.0, 0.0, 0.0)
         light = shape_light(p, toward, far, shapes)
@@ -161,7 +160,7 @@ def shade_kernel(kinds_used, in_scratch=False):
             dark = int(0)
             clear = int(0)
             most = (lights.samples[k] + lights.share - 1) / lights.share
-            # Rays after which a light that all of them see, or none, gets no more.
+            # After so many shadow rays that agree (all lit or all dark), no more are sent to a light.
             enough = most / 4 + 2
             sum = wp.vec3(0.0, 0.0, 0.0)
             while sent < most:

@@ -1,7 +1,7 @@
-"""Hard shapes in the picture: a pass over hits that puts them where they are nearer, and finds the shadows they cast.
+"""Hard shapes in the picture: a pass that replaces hits by nearer ones on hard shapes, and finds their shadows.
 
-It runs between the tracing of the soft surfaces, whichever solver did that, and the shading, which needs no word of it:
-a hit on a shape is a hit like any other, and `Hits.blocked` says which lights shapes hide.
+It runs after the tracing of the soft surfaces, by any solver, and before the shading, which does not distinguish hits
+on shapes from others; `Hits.blocked` says which lights are hidden by shapes.
 """
 
 # ruff: noqa: UP018, RUF046 - float(0.0) and int(0) make variables that Warp lets a loop change
@@ -44,11 +44,11 @@ _ROUNDING = wp.constant(2.0e-6)  # of the depth, likewise
 
 @wp.struct
 class Shapes:
-    """Hard shapes relative to the eye, those with an end first.
+    """Hard shapes relative to the eye; bounded shapes first.
 
     origin; turn: rotation into the shape's own frame; sizes: see `world.shapes`; size: its smallest length; mesh: id of
     a wp.Mesh; label: number in the snapshot; owner: number of its material; checker: linear; optics: as in `Hits`;
-    visible: bits of the rays that meet it; bounded: how many have an end; tree: a wp.Bvh of those; materials,
+    visible: bits of the rays that meet it; bounded: number of bounded shapes; tree: a wp.Bvh of those; materials,
     texels: see `materials.table`; unit: a length in the world's units; stuff_turn, stuff_shift: x -> turn x + shift
     takes a point from the shape's own frame to its solid texture's, in the world's units.
     """
@@ -76,7 +76,7 @@ class Shapes:
 
 @wp.func
 def crossing(o: wp.vec3, d: wp.vec3, far: float, shapes: Shapes, i: int):
-    """Where a ray first crosses shape i, ahead of o; at least `far` or FOREVER where it does not before `far`."""
+    """Distance at which a ray from o first crosses shape i; at least `far`, or FOREVER, if not before `far`."""
     q = shapes.turn[i] * (o - shapes.origin[i])
     e = shapes.turn[i] * d
     s = shapes.sizes[i]
@@ -130,7 +130,7 @@ def nearest_shape(o: wp.vec3, d: wp.vec3, far: float, ray: int, shapes: Shapes):
 
 @wp.func
 def shape_shadow(o: wp.vec3, d: wp.vec3, far: float, left_out: int, shapes: Shapes):
-    """Whether a shape other than `left_out` stands in the way."""
+    """Whether a shape other than `left_out` blocks a ray."""
     if shapes.bounded > 0:
         query = wp.bvh_query_ray(shapes.tree, o, d)
         i = int(0)
@@ -147,7 +147,7 @@ def shape_shadow(o: wp.vec3, d: wp.vec3, far: float, left_out: int, shapes: Shap
 
 @wp.func
 def _tint(o: wp.vec3, d: wp.vec3, far: float, shapes: Shapes, i: int):
-    """What shape i lets through of white light."""
+    """Share of white light, by colour, that shape i transmits."""
     if (shapes.visible[i] & SHADOW) == 0 or crossing(o, d, far, shapes, i) >= far:
         return wp.vec3(1.0, 1.0, 1.0)
     optics = shapes.optics[i]
@@ -156,7 +156,7 @@ def _tint(o: wp.vec3, d: wp.vec3, far: float, shapes: Shapes, i: int):
 
 @wp.func
 def shape_light(o: wp.vec3, d: wp.vec3, far: float, shapes: Shapes):
-    """What hard shapes let through of white light."""
+    """Share of white light, by colour, that hard shapes transmit along a ray."""
     light = wp.vec3(1.0, 1.0, 1.0)
     if shapes.bounded > 0:
         query = wp.bvh_query_ray(shapes.tree, o, d)
@@ -205,7 +205,7 @@ def normal_at(o: wp.vec3, d: wp.vec3, t: float, shapes: Shapes, i: int):
 
 @wp.func
 def color_of(p: wp.vec3, n: wp.vec3, e: wp.vec3, across: float, shapes: Shapes, i: int):
-    """Colour of shape i at p in its own frame, where its normal is n, a ray along e sees it and a pixel is so wide."""
+    """Colour of shape i at p in its own frame; n: normal there, e: direction of the ray, with the width of a pixel."""
     m = shapes.owner[i]
     if is_picture(shapes.materials, m):
         # Lengths in the world's units; the sizes of a tube hold an angle.
@@ -219,14 +219,14 @@ def color_of(p: wp.vec3, n: wp.vec3, e: wp.vec3, across: float, shapes: Shapes, 
         # A plane looks the same from both sides.
         p = wp.vec3(p[0], p[1], 0.0)
         n = wp.vec3(0.0, 0.0, 1.0)
-    # From a little beneath: on its faces themselves rounding would mottle a checker.
+    # Read the texture a little beneath the surface: on a face itself rounding would mottle a checker.
     p = shapes.unit * p - beneath(shapes.materials, m) * n
     return carved(shapes.materials, m, shapes.stuff_turn[i] * p + shapes.stuff_shift[i])
 
 
 @wp.func
 def _describe(i: int, t: float, which: int, d: wp.vec3, pixel: float, shapes: Shapes, hits: Hits):
-    """Write a hit on a shape down; returns the shape that cannot shadow it: itself, where it is convex, else -1."""
+    """Record a hit on a shape; returns the shape that cannot shadow it: itself if convex, else -1."""
     n, flat, p = normal_at(origin_of(i, hits), d, t, shapes, which)
     e = shapes.turn[which] * d
     kind = shapes.kind[which]
@@ -325,7 +325,7 @@ class SolidStage:
             self.shapes.tree = self._tree.id
 
     def overlay(self, hits: Hits, lights: Lights, pixel: float, count: int, ray=CAMERA, *, hide=True):
-        """Put the shapes over the first `count` hits of this kind of rays; hide: and find which lights they hide."""
+        """Overlay the shapes on the first `count` hits of rays of a kind; hide: also find the lights they hide."""
         shape = (hits.depth.shape[0], max(lights.where.shape[0], 1)) if hide else (0, 0)
         if hits.blocked.shape != shape:
             hits.blocked = wp.empty(shape, dtype=wp.uint8, device=self.device)
@@ -374,7 +374,7 @@ def uploaded(surface: shapes.TriangleSurface, device) -> wp.Mesh:
     kept = _MESHES.setdefault(surface, {})
     if device.alias not in kept:
         points = (surface.mesh.vertices - surface.box[0]) / surface.sizes[0]
-        # Normals at vertices ride where a mesh's velocities would be, which Warp interpolates.
+        # Vertex normals are stored as the mesh's velocities, which Warp interpolates.
         kept[device.alias] = wp.Mesh(
             points=wp.array(points, dtype=wp.vec3, device=device),
             indices=wp.array(surface.mesh.faces.ravel().astype(np.int32), dtype=int, device=device),

@@ -1,4 +1,4 @@
-"""Skeletons drawn hard: each primitive as all that lies within its material's radius, or as a thin line.
+"""Skeletons drawn as hard shapes: each primitive as its offset by the material's radius, or as thin lines.
 
 Points become balls, segments capsules, arcs tubes, triangles prisms with round edges, planes slabs; as lines, triangles
 become their edges.
@@ -20,9 +20,9 @@ LINE, DOT = 1.25, 3.0
 
 
 def drawn(snapshot, mode: str, eye: np.ndarray, pixel: float):
-    """What is traced as a soft `Surface` and what as hard `Solids`, in the given mode.
+    """(soft `Surface`, hard `Solids`) of a snapshot in a mode of drawing.
 
-    eye (3,); pixel: angular size of a pixel, which the lines of a skeleton are so many of wide.
+    eye (3,); pixel: angular size of a pixel, the unit of the width of a skeleton's lines.
     """
     surface = snapshot.surface
     if mode == "soft" or not len(surface.elements):
@@ -47,7 +47,7 @@ def _radii(surface):
 
 
 def _lines(surface, eye, pixel):
-    """Elements as lines of one width in the picture, measured at their middles, and never thicker than they are."""
+    """Elements as lines of one width in pixels (at their middles), at most as thick as the material's radius."""
     rows = surface.elements.rows
     corners = rows[:, registry.POSITIONS].reshape(-1, 3, 3)
     middle = 0.5 * (corners[:, 0] + np.where(_named(surface, "Segment")[:, None], corners[:, 1], corners[:, 0]))

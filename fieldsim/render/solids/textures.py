@@ -36,7 +36,7 @@ def checkered(p: wp.vec3, e: wp.vec3, t: float, pixel: float, tile: float):
     """Share of the first of two colours of a checker, 0 to 1, averaged over what a pixel covers of the plane z = 0."""
     across = t * pixel
     slant = wp.max(wp.abs(e[2]), 1.0e-3)
-    # The pixel is drawn out along the view's direction in the plane.
+    # The pixel's footprint is longer along the view's direction in the plane.
     flat = wp.max(wp.sqrt(e[0] * e[0] + e[1] * e[1]), 1.0e-6)
     wx = wp.length(wp.vec2(e[0] / flat / slant, e[1] / flat)) * across / tile
     wy = wp.length(wp.vec2(e[1] / flat / slant, e[0] / flat)) * across / tile

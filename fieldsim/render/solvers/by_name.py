@@ -1,14 +1,15 @@
-"""How rays find surfaces, by name: `Renderer(solver=...)`.
+"""Solvers by name, `Renderer(solver=...)`: how primary rays find the surface F = 1.
 
 | name | method | surfaces |
 |---|---|---|
-| hermite | cubic Hermite pieces of log F, certified by the true field: the default | all that are rendered |
+| hermite | bounded steps on the true field, cubic Hermite pieces for the root: the default | all that are rendered |
 | lagrange | one quartic an element through five samples, as published in 1998; its error shows | as hermite |
 | laguerre | exact polynomials along the ray, roots by Laguerre's method | Points: Quartic, SoftObject |
 | numeric | samples of the true field, regula falsi where the sign changes | as hermite |
 | referee | safe steps on the true field in float64: slow, misses nothing | all that safe steps know |
 
-They differ in primary rays; shadows are the default's.
+With "hermite", scenes of Gaussian points, segments and circles of positive strength are traced by `packet_tracer`,
+whose steps are not certified. Solvers differ in primary rays; shadows, reflection and refraction are the default's.
 """
 
 import difflib
@@ -26,7 +27,7 @@ from fieldsim.render.solvers.referee import Referee
 
 
 class Solver:
-    """A sweep for sorted intervals in the tracing kernel. known: the cells that it solves, None for all."""
+    """A solver of primary rays: a sweep through sorted intervals. known: (kernel, primitive) pairs, None: all."""
 
     def __init__(self, name, first_hit, *, known=None, polish=0.01):
         self.name = name
@@ -44,26 +45,26 @@ class Solver:
                 )
 
     def lists(self, stage) -> Candidates:
-        """The candidates among which the tracing kernel looks."""
+        """The candidates of the tracing kernel."""
         return stage.lists
 
     def finish(self, stage, samples, hits) -> None:
-        """What is left to do after the tracing kernel."""
+        """Post-processing after the tracing kernel; none by default."""
 
 
 class SafeSteps(Solver):
-    """The referee. The tracing kernel sees everything but the surfaces, and the referee puts them in front."""
+    """The referee: the tracing kernel finds everything but the surfaces, and the referee overwrites what they hide."""
 
     def __init__(self, name):
         super().__init__(name, hermite.first_hit)
 
     def check(self, elements):
-        """Raise InputError for elements beside which no step is known to be safe."""
+        """Raise InputError for elements for which no safe step is known."""
         for cell in _cells(elements):
             safe_step.check(cell)
 
     def lists(self, stage):
-        """Empty ones."""
+        """Empty lists: the tracing kernel finds no surface."""
         tiles = stage.view.tiles * -(-stage.view.height // TILE)
         device = stage.lists.ids.device
         nothing = Candidates()
@@ -94,7 +95,7 @@ def _cells(elements):
 
 SOLVERS = {
     "hermite": Solver("hermite", hermite.first_hit),
-    # Without a look at the true field afterwards.
+    # polish=0: no Newton step on the true field afterwards.
     "lagrange": Solver("lagrange", lagrange.first_hit, polish=0.0),
     "laguerre": Solver("laguerre", laguerre.first_hit, known=laguerre.CELLS),
     "numeric": Solver("numeric", numeric.first_hit),

@@ -1,18 +1,19 @@
-"""First hit of a ray with the surface F = 1: steps that cannot miss, and cubic Hermite pieces for the root.
+"""First hit of a ray with the surface F = 1: bounded steps (leaps) to a bracket, cubic Hermite pieces for the root.
 
-Along a ray g is 2 (sqrt F - 1) outside and log F inside: both are 0 at the surface with slope 1 in F, the root keeps
-kernels smooth that end, and the logarithm is bounded where F is not. Elements of positive strength promise g'' >= -K
-where F < 1 (see `bounds`), so that g + K t^2 / 2 is convex and lies below its chords. After a node with g < 0 a *leap*
-of h = sqrt(-2 g / K) therefore ends in one of two ways. Either the field there is below 1 as well, and so it was all
-the way; or it is above, and the root between them is the first one, because a chord up to it lies below 0. Far from a
-surface leaps are long, and on the way past one they shorten no faster than its distance: nothing depends on the number
-of samples. (1/r and 1/r^2 bend without bound next to their skeleton; as K = order / D^2 at the distance D, the leap is
-h = D s / (1 + s) with s = sqrt(-2 g / order).) A ray that leads away from the surface tries a longer leap and keeps it
-if the chord of its ends still tells.
+Along a ray the function g is 2 (sqrt F - 1) outside and log F inside: both vanish at the surface with dg/dF = 1; the
+square root is smooth where compact kernels end, and the logarithm stays bounded where F does not. For elements of
+positive strength g'' >= -K where F < 1 (see `bounds`), so that g + K t^2 / 2 is convex and lies below its chords. A
+*leap* from a node with g < 0 has the length h = sqrt(-2 g / K). If F < 1 at its end, then F < 1 all along it; if
+F >= 1, the root between is the first one, because the chord up to it lies below 0. Leaps are long far from a surface,
+and on the way past one they shrink no faster than its distance: the result does not depend on a number of samples. (1/r
+and 1/r^2 have no finite K next to their skeleton; as K = order / D^2 at the distance D, their leap is h = D s / (1 + s)
+with s = sqrt(-2 g / order).) A ray that leads away from the surface tries a longer leap and keeps it if the chord of
+its ends still excludes a root.
 
-In the bracket, roots of ever shorter cubics converge on the true one. There is one place where the field is evaluated;
-what follows depends on the mode. What lies beyond an element's reach, and humps that rise by less than the tolerance
-above the level, are left out. Inside, looking for the way out, K is no promise but `INWARD` times as much.
+In the bracket, the roots of ever shorter cubics converge to the true one. The field is evaluated in one place of the
+loop; what follows depends on the mode. Neglected: contributions beyond an element's reach, and maxima that rise above
+the level by less than the tolerance. Inside a body, on the way out, no bound K is known; `INWARD` times K is used. With
+strengths of both signs K is no bound either, and is multiplied by a factor (see `bounds`).
 
 Sherstyuk 1999, chapter 4; Nishimura et al. 1985. Sphere tracing (Hart 1996) leaps by a bound of the slope.
 """
@@ -30,17 +31,17 @@ from fieldsim.render.scene import bounds
 from fieldsim.render.scene.tables import NO_HIT, Scene
 from fieldsim.render.solvers.cubics import cubic_root
 
-CEILING = wp.constant(1.0e30)  # a field above counts as this, with slope 0: Blinn's exp(256) is beyond float32
-NOTHING = wp.constant(1.0e-30)  # a field below counts as 0
+CEILING = wp.constant(1.0e30)  # F is clamped to this, with slope 0: Blinn's exp(256) is beyond float32
+NOTHING = wp.constant(1.0e-30)  # F below this counts as 0
 CLOSE = wp.constant(1.0e-3)  # of g; from here one Newton step leaves an error far below float32's
 ON_SURFACE = wp.constant(1.0e-4)  # of g
 EMPTY = wp.constant(-1.9)  # g is below where elements end
 INWARD = wp.constant(8.0)
-STRETCH = wp.constant(1.8)  # of a leap that leads away, up to 2
-PATIENCE = wp.constant(200)  # leaps of a ray, after which it takes the longer ones of GRAZING
+STRETCH = wp.constant(1.8)  # factor of a leap that leads away; must be below 2
+PATIENCE = wp.constant(200)  # number of leaps after which a ray takes the longer ones of GRAZING
 GRAZING = wp.constant(1.0e-3)  # of g
 
-# What comes next: a first look at the field, a leap; what the evaluation is for: the leap's end, a root.
+# Modes of an evaluation: the first one, the end of a leap, an iterate of the root.
 _LOOK, _LEAP, _LAND, _ROOT = (wp.constant(k) for k in range(4))
 _PLANE = wp.constant(bounds.PLANE)
 TRIES = wp.constant(12)
@@ -71,7 +72,7 @@ def _summit(g0: float, g1: float, drop: float):
 
 @wp.func
 def _steepness(scene: Scene, i: int, d: wp.vec3):
-    """What an element's bend along a ray is in units of its greatest: a plane changes across itself alone."""
+    """An element's bend along a ray relative to its greatest: a plane's field changes along its normal only."""
     if scene.shape[i] != _PLANE:
         return 1.0
     across = d[0] * scene.rows[i, 17] + d[1] * scene.rows[i, 18] + d[2] * scene.rows[i, 19]
@@ -84,7 +85,7 @@ def _bends_by_distance(kinds_used):
 
 @functools.cache
 def _nearness(kinds_used):
-    """Warp function (scene, point, i) -> order / D^2 of an element that bends so, else 0."""
+    """Warp function (scene, point, i) -> order / D^2 for elements with that bound, else 0."""
     if not _bends_by_distance(kinds_used):
 
         @wp.func
@@ -111,7 +112,7 @@ def _nearness(kinds_used):
 
 @wp.func
 def _bends(bends: wp.vec2, scene: Scene, i: int, d: wp.vec3):
-    """The greatest bend, and the sum of squares of those of kernels that end, with one more element."""
+    """(greatest bend, sum of squares of compact kernels' bends) with one more element."""
     bend = scene.bend[i] * _steepness(scene, i, d)
     if scene.order[i] == _ENDS:
         return wp.vec2(bends[0], bends[1] + bend * bend)
@@ -125,7 +126,7 @@ def _together(bends: wp.vec2):
 
 @wp.func
 def _leap(g: float, bend: float, nearness: float, stretch: float):
-    """How far a node with g < 0 looks."""
+    """Length of the leap from a node with g < 0."""
     s = wp.sqrt(2.0 * wp.min(-g, 2.0))
     return wp.min(stretch * s / wp.sqrt(wp.max(bend, NOTHING)), s / (wp.sqrt(wp.max(nearness, NOTHING)) * (1.0 + s)))
 
@@ -163,7 +164,7 @@ def first_hit(kinds_used, counted=False):
         ids: wp.array(dtype=int),
         t1s: wp.array(dtype=float),
     ):
-        """(g, its slope, nearness) at t, of the elements before `head` that have not ended at `since`."""
+        """(g, dg/dt, nearness) at t, of the elements before `head` that have not ended at `since`."""
         p = o + t * d
         f = float(0.0)
         slope = float(0.0)
@@ -205,7 +206,7 @@ def first_hit(kinds_used, counted=False):
                 bends = _bends(bends, scene, ids[k], d)
                 leave = wp.max(leave, t1s[k])
         node = t + _leap(g, _together(bends), nearness, stretch)
-        # Elements that come in on the way may be sharper; then the leap is theirs, but it reaches to their entry.
+        # An element entered on the way may be sharper; then its bend limits the leap, but not before its entry.
         while head < count and t0s[wp.min(head, count - 1)] < node:
             sharper = _bends(bends, scene, ids[head], d)
             if sharper[0] > bends[0] or sharper[1] > bends[1]:
@@ -233,7 +234,7 @@ def first_hit(kinds_used, counted=False):
     ):
         """(t of the first hit in begin..end or NO_HIT, side).
 
-        known_side: -1 outside, looking for the way in; 1 inside, looking for the way out; 0 unknown, the field tells.
+        known_side: -1 outside, looking for an entry; 1 inside, looking for the exit; 0 unknown, decided by the field.
         """
         hit = float(NO_HIT)
         side = float(known_side)
@@ -262,7 +263,7 @@ def first_hit(kinds_used, counted=False):
                 for k in range(head):
                     leave = wp.max(leave, t1s[k])
                 if leave <= t:
-                    # A gap: on to the next entry, from where the leap needs no look.
+                    # A gap without elements: go on to the next entry; compact kernels need no evaluation there.
                     if head >= count or t0s[wp.min(head, count - 1)] >= end:
                         break
                     t = t0s[head]
@@ -282,7 +283,7 @@ def first_hit(kinds_used, counted=False):
                 look = wp.min(g, -least) / sharpness
                 node, bend, head, leave = plan(scene, d, t, look, near, stretch, head, count, ids, t0s, t1s)
                 if node >= leave and leave < end and side < 0.0:
-                    # A leap to where nothing is left is over without a look.
+                    # The leap passes the end of all its elements: F < 1 up to there, without an evaluation.
                     t = leave
                     mode = _LOOK
                     continue
@@ -295,7 +296,7 @@ def first_hit(kinds_used, counted=False):
             g_e *= -side
             s_e *= -side
             if mode == _LOOK:
-                # A ray that starts on the surface starts on its own side of it.
+                # A ray that starts on the surface counts as on its own side of it.
                 g = wp.min(g_e, -ON_SURFACE)
                 s = s_e
                 near = near_e

@@ -1,9 +1,9 @@
 """Quartics along the ray, each through five equally spaced samples of one element's field (McCormack & Sherstyuk 1998).
 
-As published there is one quartic for all of an element's interval. That is some four kernel widths long where a ray
-passes a point of which nothing but what matters is kept; longer intervals, along segments or of kernels with long
-tails, are divided evenly, as the thesis does (Sherstyuk 1999, figure 4.5). There is no control of the error and nothing
-looks at the true field afterwards: the pictures show what the method by itself can do.
+As published there is one quartic for all of an element's interval, which is some four kernel widths long for a point.
+Longer intervals, along segments or of kernels with long tails, are divided evenly, as in the thesis (Sherstyuk 1999,
+figure 4.5). The error is not controlled and the true field is not evaluated afterwards: the pictures show what the
+method by itself can do.
 """
 
 import functools
@@ -18,15 +18,15 @@ from fieldsim.render.solvers.polynomials import Polynomial, polynomial_sweep, pr
 _HALF, _TWO, _FOUR, _SIX, _EIGHT, _TWELVE, _SIXTEEN = (
     wp.constant(wp.float64(k)) for k in (0.5, 2.0, 4.0, 6.0, 8.0, 12.0, 16.0)
 )
-LENGTH = wp.constant(4.0)  # of a quartic at most, in kernel widths
+LENGTH = wp.constant(4.0)  # greatest length of a quartic, in kernel widths
 
 
 @wp.func
 def _part(scene: Scene, i: int, t: float, t0: float, t1: float):
-    """Start and length of the quartic that holds at and after t."""
+    """Start and length of the quartic that is valid from t on."""
     parts = wp.max(wp.ceil((t1 - t0) / (LENGTH * scene.width[i])), 1.0)
     length = (t1 - t0) / parts
-    # Where one ends, rounding must not choose it.
+    # At the end of one, rounding must not select it again.
     return t0 + wp.floor((t - t0) / length + 1.0e-3) * length, length
 
 

@@ -14,7 +14,7 @@ from fieldsim.potentials import registry
 from fieldsim.render.scene.tables import NO_HIT, Scene
 
 SAMPLES = wp.constant(6.0)  # per kernel width
-_HIGH = wp.constant(3.0)  # F - 1 counts as no more: the steep inside would only slow regula falsi down
+_HIGH = wp.constant(3.0)  # F - 1 is clamped to this: the steep inside would only slow regula falsi down
 _CLOSE = wp.constant(1.0e-6)
 _TRIES = wp.constant(40)
 
@@ -89,7 +89,7 @@ def first_hit(kinds_used):
                         f = -side * excess(scene, o, d, middle, t, ids, t0s, t1s, count)
                         if wp.abs(f) < _CLOSE or middle <= low or middle >= high:
                             break
-                        # An end that stays twice in a row counts half.
+                        # Illinois: halve the value at an end that stays twice in a row.
                         if f < 0.0:
                             low = middle
                             before = f

@@ -84,7 +84,7 @@ def _laguerre(re: Polynomial, im: Polynomial, degree: int):
             continue
         step = _over(wp.vec2d(n, wp.float64(0.0)), below)
         if k % 10 == 9:
-            # Out of a cycle, should there be one.
+            # Leave a cycle of iterates, should there be one.
             step *= wp.float64(0.6)
         x -= step
     return x
@@ -154,7 +154,7 @@ def first_rise(p: Polynomial):
 
 @wp.func
 def whole(scene: Scene, i: int, t: float, t0: float, t1: float):
-    """Where the polynomial ends that holds at t of an element's interval t0..t1, if one holds for all of it."""
+    """Where the polynomial valid at t ends, if one polynomial holds on all of an element's interval t0..t1."""
     return t1
 
 

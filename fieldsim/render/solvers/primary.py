@@ -1,4 +1,4 @@
-"""Primary rays: what each sample of the picture sees, from its tile's candidates."""
+"""Primary rays: the first hit of each sample of the picture among its tile's candidates, and its description."""
 
 # ruff: noqa: UP018, RUF046 - float(0.0) and int(0) make variables that Warp lets a loop change
 
@@ -17,8 +17,8 @@ from fieldsim.render.scene.volumes import pierce, pierce_sphere
 from fieldsim.render.solvers import hermite
 
 _ROOM = wp.constant(32)  # intervals of a ray in local memory
-_POLISH = wp.constant(3)  # steps at most of Newton's method in float64
-_SMALL = wp.constant(wp.float64(1e-2))  # a step after which none is needed, in units of the longest
+_POLISH = wp.constant(3)  # greatest number of Newton steps in float64
+_SMALL = wp.constant(wp.float64(1e-2))  # in units of the longest step: a step shorter than this is the last
 _GRAZING = wp.constant(wp.float64(0.002))  # sine of the angle at which a ray grazes
 OVERFLOW = wp.constant(-2)  # a `thing`: the intervals that overlap did not fit
 
@@ -34,7 +34,7 @@ def nearest_ball(d: wp.vec3, tile: int, lists: Candidates, balls: Balls):
         if lists.near[i] > best:
             break
         t0, t1 = pierce_sphere(zero, d, balls.center[i], balls.radius[i])
-        # From within, a particle's far side is seen.
+        # A ray that starts in a particle hits its far side.
         t = wp.where(t0 > 0.0, t0, t1)
         if t > 0.0 and t < best:
             best = t
@@ -44,7 +44,7 @@ def nearest_ball(d: wp.vec3, tile: int, lists: Candidates, balls: Balls):
 
 @wp.func
 def record_ball(i: int, t: float, ball: int, balls: Balls, hits: Hits):
-    """Write down that sample i sees a particle at t."""
+    """Record that sample i hits a particle at t."""
     hits.depth[i] = t
     hits.thing[i] = BALLS + ball
     hits.normal[i] = wp.normalize(origin_of(i, hits) + t * hits.direction[i] - balls.center[ball])
@@ -78,7 +78,7 @@ def _weighed(hits: Hits, i: int, material: int, weight: float):
 
 @functools.cache
 def recorder(kinds_used, layered=False, polish=0.01):
-    """The Warp function that writes down what a sample sees.
+    """The Warp function that records a hit on the surface.
 
     layered: adds to `Hits.weights`; polish: how far a last Newton step may move a hit, in widths of its kernel.
     """
@@ -97,7 +97,7 @@ def recorder(kinds_used, layered=False, polish=0.01):
         t1s: wp.array(dtype=float),
         count: int,
     ):
-        """Write depth, normal and material at a hit on the surface: gradients summed, materials mixed by weight.
+        """Record depth, normal and material at a hit: sums gradients and mixes materials by their elements' fields.
 
         The last steps to the root are Newton's, in float64.
         """
@@ -135,7 +135,7 @@ def recorder(kinds_used, layered=False, polish=0.01):
             hits.light[i] = light / float(f)
             if hits.optics.shape[0] > 0:
                 hits.optics[i] = optics / float(f) + wp.vec4(0.0, 0.0, 0.0, wp.max(side, 0.0))
-            # Where the ray only grazes, a step is no use.
+            # At a grazing ray the slope is too small for a Newton step.
             along = wp.dot(slope, d) * wp.float64(side)
             if along > -_GRAZING * wp.length(slope):
                 break
@@ -204,8 +204,7 @@ def trace_kernel(kinds_used, in_scratch=False, layered=False, first_hit=hermite.
     ):
         """(t, side, count) of the first hit before `far`; t is NO_HIT for none and OVERFLOW where intervals do not fit.
 
-        The tile's candidates are worked through in windows: as many as there is room for, up to the next one's near
-        distance.
+        The tile's candidates are processed in windows: as many as fit, up to the near distance of the next one.
         """
         o = wp.vec3(0.0, 0.0, 0.0)
         cursor = int(lists.first[tile])

@@ -1,9 +1,9 @@
 """The referee: the first point of a ray on the surface F = 1, found in float64 by steps that cannot cross it.
 
-It evaluates the true field of all elements and knows no interpolant, no bounding volume and no candidates: what it says
-the fast tracers must have seen. At each point of the ray it takes the longer of two steps: the longest of a few within
-which the elements' bounds (see `safe_step`) leave no room for a crossing, and the one that the field's slope and its
-greatest curvature allow, which closes in on the surface quadratically. Hart 1996 traces rays by such bounds.
+It evaluates the true field of all elements, without interpolants, bounding volumes or candidate lists: the reference
+for the fast tracers. At each point of the ray it takes the longer of two steps: the longest of a few for which the
+elements' bounds (see `safe_step`) exclude a crossing, and the one that follows from the field's slope and greatest
+curvature, which converges to the surface quadratically. Hart 1996 traces rays by such bounds.
 """
 
 # ruff: noqa: UP018, RUF046 - int(0) makes a variable that Warp lets a loop change
@@ -30,9 +30,9 @@ from fieldsim.render.scene.hits import Hits, origin_of, write_rest
 from fieldsim.render.scene.tables import Scene
 
 TOLERANCE = wp.constant(wp.float64(1e-12))  # of the level
-NOTHING = wp.constant(wp.float64(1e-18))  # of the level: an element that gives less after the longest step is left out
+NOTHING = wp.constant(wp.float64(1e-18))  # of the level: elements that contribute less are left out
 MISS, UNDECIDED = wp.constant(wp.float64(-1.0)), wp.constant(wp.float64(-2.0))
-HORIZON = 1e4  # a plane ends so many sizes of the scene away
+HORIZON = 1e4  # in sizes of the scene: a plane ends at this distance
 
 _MOST_STEPS = wp.constant(20000)
 _RUNGS = wp.constant(8)
@@ -43,7 +43,7 @@ _Worst = wp.types.vector(length=8, dtype=wp.float64)
 
 @functools.cache
 def march_kernel(kinds_used):
-    """The kernel that walks along rays."""
+    """The kernel that marches along rays by safe steps."""
     element = registry.element_field(kinds_used).warp(wp.float64)
     primitives = {cell.kind: cell.primitive for cell in registry.CELLS.values()}
     distance = registry.by_kind({kind: DISTANCES[primitives[kind]] for kind in kinds_used}).warp(wp.float64)
@@ -113,7 +113,7 @@ def march_kernel(kinds_used):
             gradients[n] = gradient
             count += 1
             if out == zero:
-                # The first look only tells the side.
+                # The first evaluation only determines the side.
                 out = wp.where(f < one, one, -one)
                 continue
             gap = out * (one - f)
@@ -127,7 +127,7 @@ def march_kernel(kinds_used):
                 k += 1
             last = step
             if k == _RUNGS:
-                # None was safe; shorter ones are tried next.
+                # No step was safe: try shorter ones.
                 step = zero
             # `gap` falls by no more than slope s + bend s^2 / 2 within s.
             slope = out * wp.dot(gradient, d)
@@ -141,7 +141,7 @@ def march_kernel(kinds_used):
                 step = tangent
                 last = step
             if t + last == t:
-                # As near as numbers get.
+                # As close as floating point allows.
                 found = t
                 break
             t += step
@@ -161,7 +161,7 @@ class _Scene:
 
 @functools.cache
 def describe_kernel(kinds_used):
-    """The kernel that writes what rays hit: normals, and materials mixed by weight."""
+    """The kernel that records hits: normals, and materials mixed by weight."""
     element = registry.element_field(kinds_used).warp(wp.float64)
 
     @wp.kernel(module="unique", enable_backward=False)
@@ -227,8 +227,8 @@ class Referee:
     def first_hits(self, eye, directions) -> tuple[np.ndarray, np.ndarray]:
         """Depths (N,), inf for a miss, and unit normals (N, 3), facing the eye, of rays from `eye`.
 
-        directions: (N, 3), of any length; depths are in units of the world. Warns of rays that take too many steps to
-        decide; their depth is NaN.
+        directions: (N, 3), of any length; depths are in units of the world. Warns of rays that need too many steps;
+        their depth is NaN.
         """
         directions = np.asarray(directions, dtype=float)
         count = len(directions)
@@ -245,7 +245,7 @@ class Referee:
         scene = [self.rows, self.elements, wp.float64(self.bend)]
         launch(march_kernel(self.kinds), count, [*scene, *rays], outputs, device=self.device, grain=16)
         depths, gradients, self.steps = (output.numpy() for output in outputs)
-        depths = _told(depths)
+        depths = _checked_depths(depths)
         return depths, _facing(gradients, directions, np.isfinite(depths))
 
     def _spans(self, eye, directions):
@@ -292,8 +292,8 @@ def _ball(elements, rows):
 _CORNERS = {Segment: 2, Triangle: 3}
 
 
-def _told(depths):
-    """Depths as `first_hits` gives them."""
+def _checked_depths(depths):
+    """Depths as `first_hits` returns them; warns of undecided rays."""
     undecided = depths == float(UNDECIDED)
     if undecided.any():
         warnings.warn(
@@ -305,7 +305,7 @@ def _told(depths):
 
 
 def _facing(gradients, directions, hit):
-    """Unit normals of those that hit, from gradients, turned towards where the rays come from."""
+    """Unit normals of the rays that hit, from gradients, facing the eye."""
     normals = np.zeros_like(gradients)
     length = np.linalg.norm(gradients[hit], axis=1, keepdims=True)
     normals[hit] = gradients[hit] / np.maximum(length, 1e-300)

@@ -1,10 +1,10 @@
 """Gaussian points, segments and circles of positive strength, along rays.
 
-Along a ray a point is a bell, exp(q - k (t - m)^2), and a segment one times a share in 0..1 that falls off at its ends.
-Circles have no such closed form, only one at each place; they count as bells that are equally high all along their way
-through a slab of a ball. Bells bound themselves: among n of them F < 1 wherever each is below 1/n, and everywhere where
-the peaks add up to less than 1. Where one bell alone exceeds 1, the surface has been passed. `lockstep` looks for the
-surface in what remains.
+Along a ray with parameter t, the field of a point is the Gaussian exp(q - k (t - m)^2); the field of a segment is such
+a Gaussian times a share in 0..1 that falls off at the segment's ends. The field of a circle has a closed form at each
+place but is no Gaussian of t: for bounds it counts as a constant, within a slab of a ball. These Gaussians bound F: of
+n of them one is at least 1/n where F >= 1, and F < 1 wherever the peaks add up to less than 1. Where one alone exceeds
+1, the ray has passed the surface. `packet_tracer` searches the interval that remains.
 """
 
 import math
@@ -20,13 +20,13 @@ from fieldsim.potentials.primitives.point import Point
 from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.render.scene import bounds
 
-HIGHEST = 60.0  # logarithm of bells that float32 adds up without overflow
+HIGHEST = 60.0  # greatest log F of an element: float32 sums such elements without overflow
 SHORTEST = 0.1  # of segments, in kernel widths: the difference of their error functions has digits left
 
-CUT = 2e-6  # of F, that a bell may be short of
+CUT = 2e-6  # in units of the level F = 1: the tail of an element below this is neglected
 LEVEL = -math.log(CUT)
 
-# A segment's share at a place, `first` along it, and its derivative along; lengths along times a. See `lanes`.
+# A segment's share at a place, `first` along it, and its derivative along; lengths along times a. See `simd`.
 SHARE = """
 auto share = [&](V first, float length, float factor, V& part, V& change) {
     const V second = length - first, nearest = least(first, second);
@@ -40,7 +40,7 @@ auto share = [&](V first, float length, float factor, V& part, V& change) {
 };
 """
 
-# Of a circle: exp(-w) I0(w), and the same less exp(-w) I1(w), to 2e-7 (Abramowitz and Stegun 9.8.1 to 9.8.4).
+# For circles: exp(-w) I0(w), and exp(-w) (I0(w) - I1(w)), to 2e-7 (Abramowitz and Stegun 9.8.1 to 9.8.4).
 BESSEL = """
 auto bessel = [&](V w, V& i0, V& difference) {
     const C few = w < 3.75f;
@@ -61,13 +61,17 @@ auto bessel = [&](V w, V& i0, V& difference) {
 
 
 @wp.struct
-class Bells:
-    """Elements relative to the eye.
+class GaussianElements:
+    """Gaussian elements of a scene, relative to the eye; each array is (N,) of vec4.
 
-    center: a point, a segment's start or a circle's centre, and a^2; axis: a segment's direction and length, or a
-    circle's normal and the negative of its radius, or 0 for a point.
-    height: of log F, the greatest, then, for segments: what is certain on all of it less the greatest, reciprocal of
-    the greatest share; for circles: the distance at which F is 0.1, log F on the circle but for I0, its reach.
+    | columns | point | segment | circle |
+    |---|---|---|---|
+    | center[0:3], center[3] | position, a^2 | start, a^2 | centre, a^2 |
+    | axis[0:3], axis[3] | 0, 0 | direction, length | normal, -radius |
+    | height[0] | greatest log F | greatest log F | bound of log F |
+    | height[1] | 0 | log F certain on all of it, less height[0] | distance at which F is 0.1 |
+    | height[2] | 1 | 1 / (greatest share) | log F on the circle without the factor I0 |
+    | height[3] | 0 | 0 | reach |
     """
 
     center: wp.array(dtype=wp.vec4)
@@ -76,11 +80,11 @@ class Bells:
 
 
 _SHAPES = {Point: "points", Segment: "segments", Circle: "rings"}
-KINDS = tuple(_SHAPES.values())  # each with those before it
+KINDS = tuple(_SHAPES.values())  # each kind includes those before it
 
 
 def kind_of(bounded: bounds.Bounded) -> str:
-    """Which bells the elements are, one of KINDS; "" where some are none."""
+    """The kind of a scene of Gaussian elements, one of KINDS; "" if the packet tracer cannot take some element."""
     rows, used = bounded.rows, set(np.unique(bounded.kinds).tolist())
     kinds = {registry.CELLS[Gaussian, primitive].kind: name for primitive, name in _SHAPES.items()}
     if not len(rows) or not used <= set(kinds):
@@ -119,15 +123,15 @@ def _heights(bounded):
     return height
 
 
-def bells_of(bounded: bounds.Bounded, device) -> Bells:
-    """The elements of a scene for which `kind_of` has a name, on a device."""
+def elements_of(bounded: bounds.Bounded, device) -> GaussianElements:
+    """The elements on a device, for a scene of which `kind_of` is not ""."""
     rows = bounded.rows
-    bells = Bells()
+    elements = GaussianElements()
     center = np.concatenate([rows[:, 5:8], rows[:, [registry.KERNEL]] ** 2], axis=1)
     axis = np.zeros((len(rows), 4))
     for shape, columns, sign in ((bounds.SEGMENT, slice(14, 17), 1.0), (bounds.ARC, slice(17, 20), -1.0)):
         where = bounded.shape == shape
         axis[where, :3], axis[where, 3] = rows[where, columns], sign * rows[where, registry.SIZE]
     for name, values in (("center", center), ("axis", axis), ("height", _heights(bounded))):
-        setattr(bells, name, wp.array(values, dtype=wp.vec4, device=device))
-    return bells
+        setattr(elements, name, wp.array(values, dtype=wp.vec4, device=device))
+    return elements

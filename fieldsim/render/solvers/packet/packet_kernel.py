@@ -1,4 +1,4 @@
-"""Primary rays of scenes made of bells: several samples side by side, see `lanes` and `packet_tracer`."""
+"""Primary rays in scenes of Gaussian elements: several samples side by side, see `simd` and `packet_tracer`."""
 
 # ruff: noqa: UP018, RUF046 - float(0.0) and int(0) make variables that Warp lets a loop change
 
@@ -12,7 +12,7 @@ from fieldsim.render.scene.candidates import TILE, Candidates, View
 from fieldsim.render.scene.hits import Balls, Hits
 from fieldsim.render.scene.tables import FOREVER, Scene
 from fieldsim.render.solvers.packet import packet_tracer
-from fieldsim.render.solvers.packet.gaussian_elements import BESSEL, SHARE, Bells
+from fieldsim.render.solvers.packet.gaussian_elements import BESSEL, SHARE, GaussianElements
 from fieldsim.render.solvers.packet.simd import OPTIONS, cpp, group_of
 from fieldsim.render.solvers.primary import OVERFLOW, nearest_ball, record_ball
 
@@ -31,7 +31,7 @@ const D per_length = 1.0 / exact_root(ex * ex + ey * ey + ez * ez);
 ex *= per_length; ey *= per_length; ez *= per_length;
 """
 
-# Rays through samples; until more is known they see nothing.
+# Rays through samples; their hits start as misses.
 _LEAVE_POINTS = """
 for (int lane = 0; lane < WIDTH; ++lane) {
     const auto& sample = samples.data[begin + (lane < number ? lane : number - 1)];
@@ -53,7 +53,7 @@ for (int lane = 0; lane < number; ++lane) {
 }
 """
 
-# Open the rays of the tile of the first that is left, and close all others; how many are done with them.
+# Makes the rays active that share the tile of the first unfinished one, and no others; returns the index after them.
 _SAME_TILE = """
 const float* const tiles = rays.data + TILE_ROW * WIDTH;
 int end = done;
@@ -86,7 +86,7 @@ for (int lane = first; lane < last; ++lane) {
 }
 """
 
-# Gradients summed, materials mixed by weight; the last steps to the root are Newton's, at exact places.
+# Sums gradients and mixes materials by their fields; up to three Newton steps in float64 refine the root.
 _DESCRIBE = """
 const V found = load(rays.data, 7);
 const V dx = narrow(ex), dy = narrow(ey), dz = narrow(ez);
@@ -131,9 +131,9 @@ for (int step = 0; step < 3; ++step) {
             pull *= (inner - axis[3] * difference / one) / rho;
             fall = 2.0f * c[3] * height * one;
         }
-        const V bell = exp(log_f - c[3] * near2);
-        one *= bell;
-        fall *= bell;
+        const V gauss = exp(log_f - c[3] * near2);
+        one *= gauss;
+        fall *= gauss;
         pull *= one;
         gx -= pull * rx + fall * axis[0];
         gy -= pull * ry + fall * axis[1];
@@ -160,7 +160,7 @@ for (int step = 0; step < 3; ++step) {
     store(seen.data, 9, -gz / steepness);
     store(seen.data, 11, width);
     store(seen.data, 12, hit ? thing : (V)-1.0f);
-    // Where the ray only grazes, a step is no use.
+    // At a grazing ray the slope is too small for a Newton step.
     const C steep = hit & (rise > GRAZING * steepness);
     const V limit = POLISH * width;
     V move = (1.0f - f) / rise;
@@ -176,15 +176,15 @@ return textured;
 
 
 @functools.cache
-def bells_kernel(kind, width):
-    """The kernel that traces samples of scenes made of bells, `width` at a time."""
+def packet_kernel(kind, width):
+    """The kernel that traces samples of scenes of Gaussian elements, `width` at a time."""
     first_hits = packet_tracer.first_hits_function(kind, width, shadow=False)
     room = packet_tracer.ROOM
     group = group_of(width)
     leave, same_tile, describe, record = _natives(kind, width)
 
     @wp.func
-    def look_at_balls(
+    def clip_to_balls(
         begin: int,
         first: int,
         last: int,
@@ -194,7 +194,7 @@ def bells_kernel(kind, width):
         hits: Hits,
         rays: wp.array(dtype=float),
     ):
-        """Particles in front of which surfaces may be."""
+        """Let rays end at the nearest particle."""
         for lane in range(first, last):
             i = begin + lane
             far, ball = nearest_ball(hits.direction[i], tile, lists, balls)
@@ -233,7 +233,7 @@ def bells_kernel(kind, width):
         number: int,
         view: View,
         scene: Scene,
-        table: Bells,
+        table: GaussianElements,
         lists: Candidates,
         balls: Balls,
         ball_lists: Candidates,
@@ -244,14 +244,14 @@ def bells_kernel(kind, width):
         weights: wp.array(dtype=float),
         seen: wp.array(dtype=float),
     ):
-        """What samples see, `number` of them, those of one tile at a time."""
+        """Write the hits of `number` samples, one tile's samples at a time."""
         leave(view, samples, begin, number, rays, hits)
         done = int(0)
         while done < number:
             tile = int(rays[wp.static(_TILE * width) + done])
             end = same_tile(rays, done, number)
             if balls.radius.shape[0] > 0:
-                look_at_balls(begin, done, end, tile, balls, ball_lists, hits, rays)
+                clip_to_balls(begin, done, end, tile, balls, ball_lists, hits, rays)
             if lists.first[tile] < lists.first[tile + 1]:
                 count = first_hits(table, lists.ids, lists.first[tile], lists.first[tile + 1], lists.near, rays, chosen)
                 textured = False
@@ -263,11 +263,11 @@ def bells_kernel(kind, width):
             done = end
 
     @wp.kernel(module="unique", enable_backward=False, module_options=OPTIONS)
-    def trace_bells(
+    def trace_packets(
         start: int,
         view: View,
         scene: Scene,
-        table: Bells,
+        table: GaussianElements,
         lists: Candidates,
         balls: Balls,
         ball_lists: Candidates,
@@ -284,11 +284,11 @@ def bells_kernel(kind, width):
             number = wp.min(last - i, width)
             trace(i, number, view, scene, table, lists, balls, ball_lists, samples, hits, rays, chosen, weights, seen)
 
-    return trace_bells
+    return trace_packets
 
 
 def _natives(kind, width):
-    """(leave, same_tile, describe, record): the parts of the kernel in lanes."""
+    """(leave, same_tile, describe, record): the parts of the kernel that work on `width` rays at once."""
     constants = {
         **packet_tracer.shapes(kind),
         "POINT": _POINT,
@@ -316,7 +316,7 @@ def _natives(kind, width):
     def describe(
         view: View,
         scene: Scene,
-        table: Bells,
+        table: GaussianElements,
         rays: wp.array(dtype=float),
         chosen: wp.array(dtype=int),
         count: int,

@@ -1,7 +1,9 @@
-"""First hits of several rays with the surface F = 1 of bells, side by side.
+"""First hits of a packet of rays with the surface F = 1 of Gaussian elements.
 
-Each ray has a bracket in which the surface may be. There log F is followed from node to node by cubics; all rays
-evaluate their fields together, each at its own place, until the last has its answer. `lanes` explains the C++.
+Each ray has a bracket in which the surface may be. The search goes from node to node with cubic Hermite pieces of log
+F. All rays evaluate their fields in lockstep, each at its own place, until the last one is done. The steps are not
+certified: elements are cut where they fall below CUT, and a cubic that stays MARGIN below the level counts as free of a
+surface. `simd` explains the C++.
 """
 
 import functools
@@ -10,21 +12,21 @@ import warp as wp
 
 from fieldsim.render.scene.tables import FOREVER, NO_HIT
 from fieldsim.render.solvers import cubics, hermite
-from fieldsim.render.solvers.packet.gaussian_elements import BESSEL, CUT, KINDS, LEVEL, SHARE, Bells
+from fieldsim.render.solvers.packet.gaussian_elements import BESSEL, CUT, KINDS, LEVEL, SHARE, GaussianElements
 from fieldsim.render.solvers.packet.simd import cpp
 
-GIVEN_UP = wp.constant(-2.0)  # instead of a distance: a ray that may start inside, or meets too many bells
+GIVEN_UP = wp.constant(-2.0)  # instead of a distance: a ray that may start inside, or meets more than ROOM elements
 # Rows of what goes in and out: a ray's start, its direction, how far it goes (0: nowhere), and its hit.
 START, DIRECTION, FAR, HIT, RAY_ROWS = (wp.constant(k) for k in (0, 3, 6, 7, 8))
-ROOM = 96  # bells of a group of rays
+ROOM = 96  # elements that a packet of rays may meet
 
 _CONSTANTS = {
     "ROOM": ROOM,
     "LEVEL": LEVEL,
     "CUT": CUT,
-    "FLOOR": 1.0e-12,  # a field below counts as this, so that its logarithm exists
-    "ABSENT": -1.0e30,  # the q of a bell that a ray does not meet
-    "NO_FALL": 1.0e-30,  # the k of a bell that is as high everywhere
+    "FLOOR": 1.0e-12,  # added to F, so that its logarithm exists
+    "ABSENT": -1.0e30,  # the q of an element that a ray does not meet
+    "NO_FALL": 1.0e-30,  # the k of an element whose bound is constant (circles)
     "FOREVER": float(FOREVER),
     "NO_HIT": float(NO_HIT),
     "GIVEN_UP": float(GIVEN_UP),
@@ -36,13 +38,13 @@ _CONSTANTS = {
     "MOST": 400,  # evaluations
 }
 
-# The bells that the rays meet: q, k, m, from where to where, (later) the greatest value in the bracket; for segments
-# also the position and slope along, times a; for circles, in which k is 0, where the ray is nearest to the centre:
-# height above it, its slope, and the square of the distance.
+# Gathers the elements that the rays meet. Columns: q, k, m, start, end, (later) the greatest value in the bracket; for
+# segments also the position along the segment and its slope, times a; for circles, whose k is 0, taken where the ray is
+# nearest to the centre: height above the circle's plane, its slope, and the squared distance to the centre.
 _GATHER = """
 constexpr int STRIDE = RINGS ? 9 : SEGMENTS ? 8 : 6;
 int ids[ROOM];
-V bell[ROOM * STRIDE];
+V element[ROOM * STRIDE];
 int count = 0;
 const V ox = load(rays.data, 0), oy = load(rays.data, 1), oz = load(rays.data, 2);
 const V dx = load(rays.data, 3), dy = load(rays.data, 4), dz = load(rays.data, 5);
@@ -123,7 +125,7 @@ for (int at = first; at < last; ++at) {
             break;
     }
     ids[count] = i;
-    V* const b = bell + count * STRIDE;
+    V* const b = element + count * STRIDE;
     b[0] = met ? q : (V)ABSENT;
     b[1] = k;
     b[2] = m;
@@ -142,10 +144,10 @@ for (int at = first; at < last; ++at) {
 }
 """
 
-# Log F, its slope, its second derivative (for guesses alone), and a bound of F from here on; the longest step: a
-# kernel's width, or up to where the next bell begins.
+# total: log F, its slope, its second derivative (for guesses only), and a bound of F on the rest of the ray.
+# longest: the longest step, a kernel's width or the distance to the start of the next element.
 _FIELD = """
-// Where a ray is about a circle.
+// A ray's position relative to a circle: distance from the axis, height above the plane.
 auto around = [&](const V* b, V u, V& rho, V& z) {
     z = b[6] + u * b[7];
     rho = root(b[8] + u * u - z * z);
@@ -154,11 +156,11 @@ auto total = [&](V t, V& g, V& s, V& bend, V& rest) {
     V f = FLOOR, slope = 0.0f, change = 0.0f;
     rest = 0.0f;
     for (int j = 0; j < count; ++j) {
-        const V* const b = bell + j * STRIDE;
+        const V* const b = element + j * STRIDE;
         const V u = t - b[2], ku = b[1] * u;
         V one = exp(b[0] - ku * u), fall = -2.0f * ku, sharp = b[1];
         const float length = SEGMENTS ? table.axis.data[ids[j]][3] : 0.0f;
-        // A segment's share may still rise, and so may a circle's field.
+        // Ahead of its peak an element counts with its greatest value; circles always, as their field may rise again.
         rest += (u < 0.0f | length < 0.0f) ? b[5] : one;
         if (RINGS && length < 0.0f) {
             const float a2 = table.center.data[ids[j]][3];
@@ -189,12 +191,12 @@ auto total = [&](V t, V& g, V& s, V& bend, V& rest) {
 auto longest = [&](V t) {
     V far = FOREVER;
     for (int j = 0; j < count; ++j) {
-        const V low = bell[j * STRIDE + 3], high = bell[j * STRIDE + 4];
+        const V low = element[j * STRIDE + 3], high = element[j * STRIDE + 4];
         V ahead = most(low - t, (V)(1.0f / sqrtf(table.center.data[ids[j]][3])));
         const float radius = RINGS ? -table.axis.data[ids[j]][3] : 0.0f;
         if (radius > 0.0f) {
             V rho, z;
-            around(bell + j * STRIDE, t - bell[j * STRIDE + 2], rho, z);
+            around(element + j * STRIDE, t - element[j * STRIDE + 2], rho, z);
             ahead = most(ahead, root((rho - radius) * (rho - radius) + z * z) - table.height.data[ids[j]][1]);
         }
         far = ((low < high) & (t < high)) ? least(far, ahead) : far;
@@ -227,14 +229,14 @@ auto suspect = [&](V a, V da, V b, V db) {
 };
 """
 
-# Where between t and end the first hit can be: t comes to lie after end for nowhere. Of n bells with F >= 1 one is at
-# least 1/n, and at least what the others' peaks leave to it.
+# Shrinks [t, end] to where the first hit can be; t > end on return if there is no such place. Where F >= 1, at least
+# one of n elements is at least 1/n, and each is at least 1 less the sum of the other peaks.
 _BRACKET = """
 const C blocked = opaque < far;
 auto bracket = [&](V& t, V& end) {
     V number_met = 0.0f, peaks = 0.0f, begin = FOREVER, last = -1.0f;
     for (int j = 0; j < count; ++j) {
-        V* const b = bell + j * STRIDE;
+        V* const b = element + j * STRIDE;
         const V u = b[2] - least(most(b[2], t), end);
         b[5] = exp(b[0] - b[1] * u * u);
         peaks += b[5];
@@ -242,7 +244,7 @@ auto bracket = [&](V& t, V& end) {
     }
     const V equal_part = 1.0f / most(number_met, (V)1.0f);
     for (int j = 0; j < count; ++j) {
-        const V* const b = bell + j * STRIDE;
+        const V* const b = element + j * STRIDE;
         const V part = least(most(equal_part, 1.0f + b[5] - peaks), (V)1.0f);
         const V half = root((b[0] - log(part)) / b[1]);
         const V low = most(most(b[2] - half, b[3]), t), high = least(least(b[2] + half, b[4]), end);
@@ -250,7 +252,7 @@ auto bracket = [&](V& t, V& end) {
         last = low < high ? most(last, high) : last;
     }
     const C possible = blocked | (peaks >= 1.0f - CUT);
-    // Where one bell alone is opaque, the ray ends.
+    // The ray ends where one element alone exceeds the level.
     t = possible ? (blocked ? least(begin, end) : begin) : (V)FOREVER;
     end = blocked ? end : last;
 };
@@ -263,16 +265,16 @@ if (SHADOW) {
 }
 t = looking ? t : (V)0.0f;
 end = looking ? end : (V)0.0f;
-// Only the bells that are above the cut there play a part from here; the sharpest bounds the second derivative.
+// Keep the elements above the cut in the bracket; the sharpest bounds the second derivative.
 int left = 0;
 float sharpness = 0.0f;
 for (int j = 0; any(looking) && j < count; ++j) {
-    const V* const b = bell + j * STRIDE;
+    const V* const b = element + j * STRIDE;
     if (!any(looking & (b[3] < b[4]) & (b[3] <= end) & (b[4] >= t)))
         continue;
     ids[left] = ids[j];
     for (int k = 0; k < STRIDE; ++k)
-        bell[left * STRIDE + k] = b[k];
+        element[left * STRIDE + k] = b[k];
     const float k = table.center.data[ids[j]][3];
     sharpness = k > sharpness ? k : sharpness;
     ++left;
@@ -281,23 +283,23 @@ count = left;
 """
 
 _SEARCH = """
-// From the node t, which is below, to t_e; a fresh t_e has nothing before it.
+// From the node t, where F < 1, to the next node t_e; if `fresh`, there is no node before t_e.
 V g = 0.0f, s = 0.0f, bend = 0.0f, length = FOREVER, t_e = t, tries = 0.0f;
 V right = t, g_right = 0.0f, s_right = 0.0f;
 C fresh = looking, rooting = looking & !looking, ends = blocked;
 for (int k = 0; k < MOST && any(looking); ++k) {
     V g_e, s_e, bend_e, rest;
     total(t_e, g_e, s_e, bend_e, rest);
-    // Where the ray is known to end in something, rounding has no say.
+    // The end of a blocked ray is inside by construction: override rounding.
     g_e = (ends & (t_e >= end)) ? most(g_e, (V)0.0f) : g_e;
-    // A shadow's ray is known to start outside, if only just.
+    // A shadow ray starts outside, at least ON_SURFACE below the level.
     g_e = (fresh & (t_e <= 0.0f) & (far < (SHADOW ? 2.0f * FOREVER : -1.0f))) ? least(g_e, (V)-ON_SURFACE) : g_e;
-    // On the bracket's edge, where one bell is alone, or a start inside.
+    // The bracket's edge is on the surface (one element alone), or the ray starts inside.
     const C edge = looking & fresh & (g_e >= -CUT);
     hit = edge ? (t_e > 0.0f ? t_e : (V)GIVEN_UP) : hit;
     looking = looking & !edge;
     const C below = g_e < 0.0f;
-    // The ray may have been through something and out of it again, and in once more where it rises above.
+    // The step may have crossed a surface and left it again (if F < 1 at t_e), or crossed it three times (if F rises).
     C passed = looking & !rooting & below;
     if (!SHADOW)
         passed = looking & !rooting & (below | (s_e > 0.0f));
@@ -309,15 +311,15 @@ for (int k = 0; k < MOST && any(looking); ++k) {
         between = t + u * h;
     }
     const C on = passed & below & !split;
-    // Close to a root that is sure to be there: the log of F bends by twice the sharpness at most.
+    // A root is certain to be close: the second derivative of log F is at least -2 sharpness.
     const C sure = (s_e > 0.0f) & (s_e * s_e > 4.0f * sharpness * size(g_e)) & !split & !fresh;
     const C near_root = looking & ((sure & (size(g_e) < CLOSE)) | (rooting & (tries > (float)TRIES)));
-    // The nearer root of a parabola: at a grazing ray a line would fall short of it.
+    // The nearer root of the parabola; at a grazing ray a Newton step would be too short.
     const V parabola = -2.0f * g_e / most(s_e + root(s_e * s_e - 2.0f * g_e * bend_e), (V)1.0e-20f);
     const V last = least(most(t_e + parabola, t), rooting ? right : end);
     hit = near_root ? (s_e > 0.0f ? last : t_e) : hit;
     looking = looking & !near_root & !(on & ((t_e >= end) | ((rest < 1.0f - CUT) & !ends)));
-    // Which end of the bracket moves here.
+    // Move the left or the right end of the bracket to t_e.
     const C forward = on | (rooting & below);
     t = forward ? t_e : t;
     g = forward ? g_e : g;
@@ -338,7 +340,7 @@ for (int k = 0; k < MOST && any(looking); ++k) {
         t_e = rooting ? t + h * cubic_root(g, s * h, g_right, s_right * h) : t_e;
     }
     if (any(looking & on)) {
-        // To where a parabola comes up to 0, but no longer than cubics can be trusted.
+        // Step to where a parabola reaches 0, at most as far as the cubics hold.
         const V inner = s * s - 2.0f * g * bend;
         const V up = ((s > 0.0f) & (inner > 0.0f)) ? -2.0f * g / (s + root(inner)) : (V)FOREVER;
         length = on ? longest(t) : length;
@@ -367,21 +369,21 @@ if (count < 0) {
 
 
 def shapes(kind):
-    """Constants that tell which primitives there are, so that compilers leave out the rest."""
+    """Constants that say which primitives occur, so that the compiler drops the code of others."""
     return {"SEGMENTS": KINDS.index(kind) >= 1, "RINGS": KINDS.index(kind) >= 2}
 
 
 @functools.cache
 def first_hits_function(kind, width, shadow):
-    """The Warp function that finds the first hits of `width` rays with bells of a kind.
+    """The Warp function that finds the first hits of `width` rays with elements of a kind (one of KINDS).
 
-    shadow: any hit will do, and rays start outside.
+    shadow: any hit counts, and rays start outside.
     """
     body = _GATHER + _OVERFLOW + SHARE + BESSEL + _FIELD + _CUBICS + _BRACKET + _SEARCH
 
     @wp.func_native(cpp(width, body, SHADOW=shadow, **shapes(kind), **_CONSTANTS))
     def first_hits(
-        table: Bells,
+        table: GaussianElements,
         list: wp.array(dtype=int),
         first: int,
         last: int,

@@ -1,19 +1,19 @@
-"""Several rays side by side: C++ for Warp's native functions in which a variable has one lane a ray.
+"""SIMD vectors in C++ for Warp's native functions: a variable holds one value (lane) for each ray of a packet.
 
-CPUs compute such vectors with wide instructions; GPUs get one lane, plain floats, and the same code. Its types are
-V (floats), D (doubles), I (integers) and C (conditions, joined by &, | and !, choosing in `c ? x : y`). Lanes go in
-and out through arrays of floats, in rows: `load` and `store` take a row's number.
+CPUs compute the lanes with vector instructions; GPUs use one lane, plain floats, and the same source. The types are V
+(floats), D (doubles), I (integers) and C (conditions: joined by &, | and !, selecting in `c ? x : y`). Arrays of floats
+hold one row of lanes a variable; `load` and `store` take the row's number.
 """
 
 import warp as wp
 
 CPU_WIDTH = 16
-# Products and sums in one instruction.
+# Fused multiply-add.
 OPTIONS = {"cpu_compiler_flags": f"{wp.config.cpu_compiler_flags} -ffp-contract=fast"}
 
 
 def group_of(width: int) -> int:
-    """Samples that an item of a launch works through: a tile on CPUs, whose items cost something, one on GPUs."""
+    """Samples that one item of a launch traces: a tile of 64 on CPUs, as each item has a cost; one on GPUs."""
     return 64 if width > 1 else 1
 
 

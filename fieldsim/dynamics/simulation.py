@@ -16,16 +16,18 @@ from fieldsim.dynamics.auto import Auto, Choice, choose, integrator_of
 from fieldsim.dynamics.bare_sources import refuse_particles_on_sources
 from fieldsim.dynamics.contact.events import Events, balls_of, events_of
 from fieldsim.dynamics.contact.particle_state import MOVING, WRITTEN, Balls
+from fieldsim.dynamics.contact.release import released
 from fieldsim.dynamics.contact.surfaces import Surfaces
 from fieldsim.dynamics.integrators.splittings import moments
+from fieldsim.dynamics.manoeuvres import free_index, motion_given, rows_given
 from fieldsim.dynamics.radau.radau import Radau, RadauRun
-from fieldsim.dynamics.refusals import body_name, refuse_method, refuse_mixture
+from fieldsim.dynamics.refusals import refuse_method, refuse_mixture
 from fieldsim.dynamics.rigid.bodies import FreeBodies
 from fieldsim.dynamics.rigid.diagnostics import Wrenches, wrenches
-from fieldsim.dynamics.splitting.kernels import LANES, contact_kernel, method_of, release_kernel, splitting_kernel
+from fieldsim.dynamics.splitting.kernels import LANES, contact_kernel, method_of, splitting_kernel
 from fieldsim.dynamics.splitting.mutual_gravity import MutualGravity
-from fieldsim.dynamics.state import State, renew, state_of, whole
-from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
+from fieldsim.dynamics.state import State, refuse_nonsense, renew, state_of, whole
+from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.launch import checked_threads, device_named, launch
 from fieldsim.sources.stages import Sources, Stages, field_and_gradient, upload
 from fieldsim.world.contact import Status
@@ -87,7 +89,7 @@ class Simulation(Uncopied):
         kept = log if self._eventful else 0
         validate.bounded("Simulation", "events in its log", kept * self._count, MOST_EVENTS, "give a smaller log")
         self._balls = balls_of(world.particles, world.escape_radius, grain, kept, self.device)
-        self._state.x = self._release(self._state.x)
+        self._state.x = self._released(self._state.x)
         refuse_particles_on_sources(world, world.at(self.time).poses, self.time, self.positions)
         if isinstance(self.integrator, Auto):
             options = {"time": self.time, "device": device, "threads": threads}
@@ -115,25 +117,9 @@ class Simulation(Uncopied):
         touching = any(particles.contact for particles in world.particles)
         return Surfaces(world, self.time, self._free.poses) if touching else None
 
-    def _release(self, x, which=True):
+    def _released(self, x, which=True):
         """Positions x (N,) with those of the particles `which` that lie inside a surface moved out, with a warning."""
-        if not self._surfaces:
-            return x
-        given = x.numpy().copy()
-        inside = wp.empty(self._count, dtype=wp.int32, device=self.device)
-        # Two equal stages: the world as it is now, standing still.
-        surfaces = self._surfaces.upload(np.array([self.time, self.time]), self.device)
-        kernel = release_kernel(self._surfaces.sources.kinds_used)
-        launch(kernel, self._count, [surfaces, self._balls], [x, inside], device=self.device, threads=self.threads)
-        out = (inside.numpy() != 0) & which
-        if out.any():
-            warnings.warn(
-                f"{out.sum()} of {self._count} particles start inside a surface and were moved out of it; "
-                "start them farther away or give them contact=None",
-                FieldsimWarning,
-                stacklevel=3,
-            )
-        return wp.array(np.where(out[:, None], x.numpy(), given), dtype=wp.vec3d, device=self.device)
+        return released(self._surfaces, self._balls, x, self.time, which, threads=self.threads)
 
     def _sets(self, array):
         """Copies on the host to read only, one (N, 3) array per set of particles."""
@@ -186,7 +172,8 @@ class Simulation(Uncopied):
         else:
             self._march(until)
         self._time = until
-        self._refuse_nonsense()
+        finer = "" if self.radau else ", or shorten dt"
+        refuse_nonsense(until, self.positions, self.velocities, f"soften what they fall into{finer}")
 
     @property
     def steps_done(self) -> int:
@@ -216,17 +203,6 @@ class Simulation(Uncopied):
         """The arrays that steps write, but for the free bodies'."""
         balls = [getattr(self._balls, name) for name in WRITTEN] if self._eventful else []
         return [*(getattr(self._state, name) for name in State.vars), *balls, *self._sums]
-
-    def _refuse_nonsense(self):
-        for index, (x, v) in enumerate(zip(self.positions, self.velocities, strict=True)):
-            bad = np.flatnonzero(~(np.abs([x, v]) <= validate.FARTHEST).all(axis=(0, 2)))
-            if bad.size:
-                finer = "" if self.radau else ", or shorten dt"
-                raise FieldsimError(
-                    f"at time {self.time:g} particle {bad[0]} of set {index} is at {tuple(x[bad[0]].tolist())} with "
-                    f"velocity {tuple(v[bad[0]].tolist())} ({bad.size} such particles); "
-                    f"soften what they fall into{finer}"
-                )
 
     @property
     def _steps_per_launch(self):
@@ -291,19 +267,12 @@ class Simulation(Uncopied):
         if not self._sizes:
             raise InputError(f"{who}: its world has no particles; give it some, world.add_particles(...)")
         index = validate.whole(who, "index", index, at_least=0, at_most=len(self._sizes) - 1)
-        given = {"positions": positions, "velocities": velocities, "spins": spins}
-        given = {name: value for name, value in given.items() if value is not None}
-        if not given:
-            raise InputError(f"{who}: nothing is given; give positions=, velocities= or spins=")
         end = sum(self._sizes[: index + 1])
         rows = slice(end - self._sizes[index], end)
         now = {"positions": self._state.x, "velocities": self._state.v, "spins": self._balls.spins}
-        arrays = {name: array.numpy().copy() for name, array in now.items()}
-        for name, value in given.items():
-            value = validate.numbers(who, name, value, shape=(self._sizes[index], 3))
-            arrays[name][rows] = validate.not_far(who, name, value)
-        changed = np.any([arrays[name] != array.numpy() for name, array in now.items()], axis=(0, 2))
-        x = self._release(wp.array(arrays["positions"], dtype=wp.vec3d, device=self.device), changed)
+        given = {"positions": positions, "velocities": velocities, "spins": spins}
+        arrays, changed = rows_given(who, now, rows, given)
+        x = self._released(wp.array(arrays["positions"], dtype=wp.vec3d, device=self.device), changed)
         refuse_particles_on_sources(self.world, self._free.poses_with(self.time), self.time, self._sets(x))
         with self._manoeuvre():
             self._restart(changed, x.numpy(), arrays["velocities"], arrays["spins"])
@@ -322,18 +291,9 @@ class Simulation(Uncopied):
         """
         who = "Simulation.set_body"
         self._refuse_changes()
-        if not self._free:
-            raise InputError(f"{who}: no body of its world moves freely; give one motion=fs.Rigid()")
-        index = validate.whole(who, "index", index, at_least=0, at_most=len(self.world.bodies) - 1)
-        body = self.world.bodies[index]
-        if not body.free:
-            raise InputError(f"{who}: {body_name(index, body)} moves as it is told; give it motion=fs.Rigid()")
-        given = {"position": position, "velocity": velocity, "angular_velocity": angular_velocity}
-        given = {name: validate.near_vector(who, name, v) for name, v in given.items() if v is not None}
-        if rotation is not None:
-            given["rotation"] = tuple(validate.numbers(who, "rotation", rotation, shape=(4,)).tolist())
-        if not given:
-            raise InputError(f"{who}: nothing is given; give position=, rotation=, velocity= or angular_velocity=")
+        index = free_index(who, self.world, index)
+        motion = {"position": position, "rotation": rotation, "velocity": velocity}
+        given = motion_given(who, **motion, angular_velocity=angular_velocity)
         start = self._free.moved(index, given)
         poses = self._free.poses_with(self.time, {index: start.body.motion})
         if "position" in given or "rotation" in given:
@@ -342,7 +302,7 @@ class Simulation(Uncopied):
         with self._manoeuvre():
             before, ground = self._state.x.numpy().copy(), self._ground()
             self._free.put(start, given, self.time)
-            x = self._release(wp.clone(self._state.x)).numpy()
+            x = self._released(wp.clone(self._state.x)).numpy()
             resting = np.isin(self._balls.states.numpy(), (Status.RESTING, Status.ABSORBED))
             changed = (x != before).any(axis=1) | resting & (np.abs(self._ground() - ground) > GROUND)
             self._restart(changed, x, self._state.v.numpy(), self._balls.spins.numpy())
@@ -364,9 +324,7 @@ class Simulation(Uncopied):
         """The field of the surfaces at the particles' places now, (N,): 1 on the surface."""
         if not self._surfaces:
             return np.zeros(self._count)
-        sources = self._surfaces.sources
-        stages = upload(sources, np.array([self.time]), self.device)
-        return field_and_gradient(sources, stages, self._state.x, threads=self.threads)[0].numpy()
+        return self._surfaces.field(self._state.x, self.time, threads=self.threads)
 
     def _pull(self, x):
         """Accelerations by the bodies at x, now."""

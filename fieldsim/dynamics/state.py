@@ -3,7 +3,11 @@
 import contextlib
 from typing import Any
 
+import numpy as np
 import warp as wp
+
+from fieldsim import validate
+from fieldsim.errors import FieldsimError
 
 
 @wp.struct
@@ -38,6 +42,17 @@ def renew(kind, table, fresh, which, names=None) -> None:
         rows = array.numpy().copy()
         rows[which] = getattr(fresh, name).numpy()[which]
         setattr(table, name, wp.array(rows, dtype=array.dtype, device=array.device))
+
+
+def refuse_nonsense(time: float, positions, velocities, remedy: str) -> None:
+    """Raise FieldsimError where a particle is too far or too fast; positions, velocities: (N, 3) per set."""
+    for index, (x, v) in enumerate(zip(positions, velocities, strict=True)):
+        bad = np.flatnonzero(~(np.abs([x, v]) <= validate.FARTHEST).all(axis=(0, 2)))
+        if bad.size:
+            raise FieldsimError(
+                f"at time {time:g} particle {bad[0]} of set {index} is at {tuple(x[bad[0]].tolist())} with "
+                f"velocity {tuple(v[bad[0]].tolist())} ({bad.size} such particles); {remedy}"
+            )
 
 
 @contextlib.contextmanager

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 import warp as wp
 
+from fieldsim.dynamics.contact.release import release_kernel
 from fieldsim.dynamics.integrators.splittings import Leapfrog
 from fieldsim.dynamics.radau.kernels import dense_kernel, radau_kernel
 from fieldsim.dynamics.simulation import Simulation
-from fieldsim.dynamics.splitting.kernels import contact_kernel, release_kernel, splitting_kernel
+from fieldsim.dynamics.splitting.kernels import contact_kernel, splitting_kernel
 from fieldsim.potentials.kernels import Newtonian
 from fieldsim.potentials.primitives.circle import Circle
 from fieldsim.potentials.primitives.segment import Segment

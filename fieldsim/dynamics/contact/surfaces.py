@@ -23,7 +23,7 @@ from fieldsim.potentials.primitives.arc import Arc
 from fieldsim.potentials.primitives.circle import Circle
 from fieldsim.potentials.primitives.plane import Plane
 from fieldsim.potentials.primitives.profile import ProfiledArc
-from fieldsim.sources.stages import Sources, Stages, tables
+from fieldsim.sources.stages import Sources, Stages, field_and_gradient, tables, upload
 
 REACH = registry.WIDTH
 
@@ -99,6 +99,11 @@ class Surfaces:
         if self._still is None:
             self._still = stages
         return stages
+
+    def field(self, points: wp.array, time: float, *, threads=None) -> np.ndarray:
+        """The field of the surfaces at `points` (N,) of vec3d at `time`, (N,): 1 on the surface."""
+        stages = upload(self.sources, np.array([time]), points.device)
+        return field_and_gradient(self.sources, stages, points, threads=threads)[0].numpy()
 
     def _warn_of_leaps(self, sweep, times):
         fastest = int(np.argmax(sweep))

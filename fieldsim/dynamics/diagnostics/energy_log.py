@@ -94,9 +94,8 @@ class EnergyLog(Uncopied):
     _remedy = "keep log.report() or log.history"
 
     def __init__(self, simulation):
-        from fieldsim.dynamics.simulation import Simulation  # which takes logs of its trial runs
-
-        validate.instance("EnergyLog", "simulation", simulation, Simulation, "give a fs.Simulation")
+        wanted = ("world", "mutual", "bodies", "integrator", "snapshot", "account")
+        validate.having("EnergyLog", "simulation", simulation, wanted, "give a fs.Simulation")
         self._simulation = simulation
         self.totals = totals_of(simulation)
         bodies = acting(simulation.world)

@@ -11,7 +11,6 @@ import numpy as np
 import warp as wp
 
 from fieldsim.dynamics.contact.event_detection import Motion
-from fieldsim.dynamics.contact.gap import TOUCHING, Moment, push_out, touch_at
 from fieldsim.dynamics.contact.particle_state import (
     ABSORBED,
     ESCAPED,
@@ -326,33 +325,3 @@ def contact_kernel(gravity_kinds, surface_kinds, gradients: bool):
         balls.bounces[i] = balls.bounces[i] + hits
 
     return colliding
-
-
-@functools.cache
-def release_kernel(surface_kinds):
-    """Kernel that moves colliding particles found inside a surface out of it; `inside` (N,) marks them."""
-    touch_of = touch_at(surface_kinds)
-    push = push_out(surface_kinds)
-    margin = margin_at(surface_kinds)
-
-    @wp.kernel(module="unique", enable_backward=False)
-    def release(
-        start: int,
-        surfaces: Stages,
-        balls: Balls,
-        positions: wp.array(dtype=wp.vec3d),
-        inside: wp.array(dtype=wp.int32),
-    ):
-        i = start + wp.tid()
-        x = positions[i]
-        radius = balls.radii[i]
-        moment = Moment()
-        moment.dt = wp.float64(1.0)
-        inside[i] = 0
-        if touches(balls.laws[i]) and margin(x, surfaces, 0) < radius:
-            touch = touch_of(x, radius, surfaces, moment, wp.float64(0.0))
-            if touch.gap > TOUCHING:
-                inside[i] = 1
-                positions[i] = push(x, radius, balls.grain, surfaces, moment)
-
-    return release

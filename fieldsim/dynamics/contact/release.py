@@ -1,0 +1,70 @@
+"""Particles that start inside a surface are moved out of it."""
+
+import functools
+import warnings
+
+import numpy as np
+import warp as wp
+
+from fieldsim.dynamics.contact.gap import TOUCHING, Moment, push_out, touch_at
+from fieldsim.dynamics.contact.particle_state import Balls, touches
+from fieldsim.dynamics.contact.surfaces import Surfaces, margin_at
+from fieldsim.errors import FieldsimWarning
+from fieldsim.launch import launch
+from fieldsim.sources.stages import Stages
+
+
+def released(
+    surfaces: Surfaces | None, balls: Balls, x: wp.array, time: float, which=True, *, threads=None
+) -> wp.array:
+    """Positions x (N,) of vec3d, those of the particles `which` that lie inside a surface moved out, with a warning.
+
+    surfaces: those of the world at `time`; None: nothing is inside. which: a mask (N,), or True for all.
+    """
+    if not surfaces:
+        return x
+    device, given = x.device, x.numpy().copy()
+    inside = wp.empty(len(x), dtype=wp.int32, device=device)
+    # Two equal stages: the world as it is now, standing still.
+    stages = surfaces.upload(np.array([time, time]), device)
+    kernel = release_kernel(surfaces.sources.kinds_used)
+    launch(kernel, len(x), [stages, balls], [x, inside], device=device, threads=threads)
+    out = (inside.numpy() != 0) & which
+    if out.any():
+        warnings.warn(
+            f"{out.sum()} of {len(x)} particles start inside a surface and were moved out of it; "
+            "start them farther away or give them contact=None",
+            FieldsimWarning,
+            stacklevel=4,
+        )
+    return wp.array(np.where(out[:, None], x.numpy(), given), dtype=wp.vec3d, device=device)
+
+
+@functools.cache
+def release_kernel(surface_kinds):
+    """Kernel that moves colliding particles found inside a surface out of it; `inside` (N,) marks them."""
+    touch_of = touch_at(surface_kinds)
+    push = push_out(surface_kinds)
+    margin = margin_at(surface_kinds)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def release(
+        start: int,
+        surfaces: Stages,
+        balls: Balls,
+        positions: wp.array(dtype=wp.vec3d),
+        inside: wp.array(dtype=wp.int32),
+    ):
+        i = start + wp.tid()
+        x = positions[i]
+        radius = balls.radii[i]
+        moment = Moment()
+        moment.dt = wp.float64(1.0)
+        inside[i] = 0
+        if touches(balls.laws[i]) and margin(x, surfaces, 0) < radius:
+            touch = touch_of(x, radius, surfaces, moment, wp.float64(0.0))
+            if touch.gap > TOUCHING:
+                inside[i] = 1
+                positions[i] = push(x, radius, balls.grain, surfaces, moment)
+
+    return release

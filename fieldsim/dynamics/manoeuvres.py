@@ -1,0 +1,45 @@
+"""What a manoeuvre gives: rows of particles, the motion of a free body (see `Simulation.set_particles`, `set_body`)."""
+
+import numpy as np
+
+from fieldsim import validate
+from fieldsim.dynamics.refusals import body_name
+from fieldsim.errors import InputError
+
+
+def rows_given(who: str, now: dict, rows: slice, given: dict) -> tuple[dict, np.ndarray]:
+    """Arrays of all particles with what is given put in, and which particles have changed (N,).
+
+    now: Warp arrays (N,) of vec3d by name; rows: those of the set; given: by name, (M, 3) each, None: they stay.
+    Raises InputError for what does not fit the set.
+    """
+    given = {name: value for name, value in given.items() if value is not None}
+    if not given:
+        raise InputError(f"{who}: nothing is given; give positions=, velocities= or spins=")
+    arrays = {name: array.numpy().copy() for name, array in now.items()}
+    for name, value in given.items():
+        value = validate.numbers(who, name, value, shape=(rows.stop - rows.start, 3))
+        arrays[name][rows] = validate.not_far(who, name, value)
+    return arrays, np.any([arrays[name] != array.numpy() for name, array in now.items()], axis=(0, 2))
+
+
+def motion_given(who: str, *, position, rotation, velocity, angular_velocity) -> dict:
+    """The fields of `Rigid` that are given, checked."""
+    given = {"position": position, "velocity": velocity, "angular_velocity": angular_velocity}
+    given = {name: validate.near_vector(who, name, v) for name, v in given.items() if v is not None}
+    if rotation is not None:
+        given["rotation"] = tuple(validate.numbers(who, "rotation", rotation, shape=(4,)).tolist())
+    if not given:
+        raise InputError(f"{who}: nothing is given; give position=, rotation=, velocity= or angular_velocity=")
+    return given
+
+
+def free_index(who: str, world, index) -> int:
+    """`index`, that of a body of `world` that moves freely."""
+    if not any(body.free for body in world.bodies):
+        raise InputError(f"{who}: no body of its world moves freely; give one motion=fs.Rigid()")
+    index = validate.whole(who, "index", index, at_least=0, at_most=len(world.bodies) - 1)
+    body = world.bodies[index]
+    if not body.free:
+        raise InputError(f"{who}: {body_name(index, body)} moves as it is told; give it motion=fs.Rigid()")
+    return index

@@ -37,7 +37,8 @@ from fieldsim.errors import (
     PortableError,
     ScenarioError,
 )
-from fieldsim.filming.film import Report, film
+from fieldsim.filming.film import film
+from fieldsim.filming.report import Report
 from fieldsim.orbits.lyapunov import Lyapunov, lyapunov
 from fieldsim.orbits.poincare import Crossings, Section, poincare
 from fieldsim.plots import Picture

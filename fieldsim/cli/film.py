@@ -262,7 +262,7 @@ def progress_of(title):
     from rich import console, progress, table
 
     from fieldsim import launch
-    from fieldsim.filming.film import COMPILING
+    from fieldsim.filming.report import COMPILING
 
     class Doing(progress.ProgressColumn):
         max_refresh = 0.5

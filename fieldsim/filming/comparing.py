@@ -8,7 +8,7 @@ import numpy as np
 
 from fieldsim import plots
 from fieldsim.errors import InputError
-from fieldsim.filming.film import snapshot_at
+from fieldsim.filming.pipeline import snapshot_at
 from fieldsim.render.camera import Camera
 from fieldsim.render.renderer import Renderer
 from fieldsim.scenario import Scenario

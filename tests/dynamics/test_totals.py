@@ -116,8 +116,8 @@ def test_films_report_on_free_bodies():
     world = rods()
     scenario = fs.Scenario(world, fs.Camera((0, -5, 0)), integrator=fs.Leapfrog(1e-2), duration=1.0)
     report = fs.Report("", (8, 8))
-    from fieldsim.filming import film
+    from fieldsim.filming import pipeline
 
-    assert len(list(film._snapshots(scenario, [0.0, 0.5], None, report))) == 2
+    assert len(list(pipeline.snapshots(scenario, [0.0, 0.5], None, report))) == 2
     assert "free bodies" in str(report.energy)
     assert report.energy == report.log.report()

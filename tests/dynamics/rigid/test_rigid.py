@@ -13,7 +13,7 @@ from fieldsim.dynamics.rigid.bodies import FreeBodies
 from fieldsim.dynamics.rigid.diagnostics import body_angular_momentum, body_energy, body_momentum
 from fieldsim.dynamics.rigid.diagnostics import wrenches as wrenches_of
 from fieldsim.dynamics.rigid.kernel import energy_kernel, rigid_kernel
-from fieldsim.filming import film
+from fieldsim.filming import pipeline
 from fieldsim.numerics.quaternion import product
 
 ROD = fs.Segment((-1, 0, 0), (1, 0, 0))
@@ -327,7 +327,7 @@ def test_runs_do_not_depend_on_how_they_are_cut(monkeypatch):
 def test_films_of_free_bodies_without_particles():
     world = world_of(fs.Body(ORIGIN, surface=fs.Material(), motion=fs.Rigid(velocity=(1, 0, 0))))
     scenario = fs.Scenario(world, fs.Camera(eye=(0, -5, 0), look_at=(0, 0, 0)), duration=1.0)
-    moments = film._snapshots(scenario, [0.0, 0.5], None, film.Report("", (8, 8)))
+    moments = pipeline.snapshots(scenario, [0.0, 0.5], None, fs.Report("", (8, 8)))
     np.testing.assert_allclose([m.poses[0].position[0] for m in moments], [0.0, 0.5], atol=1e-14)
 
 

@@ -1,4 +1,4 @@
-"""How far from the truth every cell is, at 10,000 points each: largest and median relative errors.
+"""How far from the truth every formula is, at 10,000 points each: largest and median relative errors.
 
 Half the points lie about a primitive in standard position, half about others in general position with kernels of other
 widths: most at log-uniform distances 1e-9 to 1e6 from a random point of it, some on hard places (see `clouds`).
@@ -32,6 +32,8 @@ import fieldsim as fs
 from benchmarks.clouds import COUNT, Cloud, make_cloud
 from benchmarks.fields import KERNELS, PRIMITIVES
 from fieldsim.potentials import registry
+from fieldsim.potentials.elements import Elements, pack, place
+from fieldsim.potentials.row import ANGLE, KERNEL_WIDTH, POSITIONS, ROW_WIDTH, SIZE
 
 sys.path.append(str(pathlib.Path(__file__).parent.parent / "tests"))
 
@@ -47,7 +49,7 @@ ALGEBRAIC = (fs.Cauchy, fs.InverseSquare, fs.Newtonian)
 
 
 def rows():
-    """The errors of all cells, then the places that are hard for peers."""
+    """The errors of all formulas, then the places that are hard for peers."""
     from benchmarks import accuracy_peers
 
     for kernel in KERNELS:
@@ -77,7 +79,7 @@ def _rows_of(report):
 
 @dataclasses.dataclass(frozen=True)
 class Report:
-    """Errors (N, 3) of a cell's value, gradient and Hessian: at the oracle's `places` of the cloud, or everywhere."""
+    """Errors (N, 3) of value, gradient and Hessian of a formula: at the oracle's `places` of the cloud, or all over."""
 
     name: str
     cloud: Cloud
@@ -101,7 +103,7 @@ class Report:
 
 @functools.cache
 def measure(kernel, primitive) -> Report:
-    """The errors of one cell."""
+    """The errors of one formula."""
     cloud = make_cloud(kernel, primitive)
     jets = cloud.jets("warp64")
     twin = relative(cloud, cloud.jets("numba") - jets, jets)
@@ -113,12 +115,12 @@ def measure(kernel, primitive) -> Report:
 
 
 def over_reference(kernel, primitive):
-    """Largest errors over a cell's reference cases (both types given): value and gradient, in double and in single."""
+    """Largest errors over a formula's reference cases (types given): value and gradient, in double and in single."""
     import reference_cases
     import targets
 
-    cases = reference_cases.reference()[registry.CELLS[kernel, primitive]]
-    packed = registry.pack([c.primitive for c in cases], [c.kernel for c in cases], 1.0)
+    cases = reference_cases.reference()[registry.FORMULAS[kernel, primitive]]
+    packed = pack([c.primitive for c in cases], [c.kernel for c in cases], 1.0)
     points = np.array([c.point for c in cases])
     exact = np.zeros((len(cases), 10))
     exact[:, :4] = [[c.value, *c.gradient] for c in cases]
@@ -149,7 +151,7 @@ def relative(cloud, difference, jets, places=slice(None), floor=2e-3):
 
 
 def _scale(cloud, value, places=slice(None)):
-    """S / w^n (N, 3) of the cells' scales."""
+    """S / w^n (N, 3) of the formulas' scales."""
     import reference_cases
 
     result = np.empty((len(value), 3))
@@ -187,9 +189,9 @@ def _steps(points, shape, unit):
 
 
 def _extent(shape):
-    row = np.zeros(registry.WIDTH)
+    row = np.zeros(ROW_WIDTH)
     shape.pack(row)
-    return np.abs(row[registry.POSITIONS]).max() + (shape.radius if hasattr(shape, "radius") else 0.0)
+    return np.abs(row[POSITIONS]).max() + (shape.radius if hasattr(shape, "radius") else 0.0)
 
 
 def against_oracle(cloud, jets, places):
@@ -198,13 +200,13 @@ def against_oracle(cloud, jets, places):
 
     result, raw = np.empty((2, len(places), 3))
     with mp.workdps(50):
-        for row, place in enumerate(places):
-            owner, point = cloud.owner[place], cloud.points[place]
+        for row, at in enumerate(places):
+            owner, point = cloud.owner[at], cloud.points[at]
             kernel, shape = cloud.kernels[owner], cloud.shapes[owner]
             truth = oracle(kernel, shape, point)
-            here = [place]
+            here = [at]
             exact = np.array([truth], dtype=float)
-            error = raw[row] = relative(cloud, _difference(jets[place], truth), exact, here)[0]
+            error = raw[row] = relative(cloud, _difference(jets[at], truth), exact, here)[0]
             if error.max() > GOAL:
                 steps = _steps(point[None], shape, ROUNDINGS * 2.0**-53)
                 moved = [oracle(kernel, shape, _moved(point, step[0])) for step in steps]
@@ -240,7 +242,7 @@ def oracle(kernel, shape, point):
 
 
 def identities(cloud, jets):
-    """The largest error (N, 3) of the identities that hold for a cell, at all points."""
+    """The largest error (N, 3) of the identities that hold for a formula, at all points."""
     errors = [similarity(cloud, jets)]
     if isinstance(cloud.shapes[0], fs.Segment | fs.Circle | fs.Arc | fs.Triangle):
         errors.append(halves(cloud, jets))
@@ -264,12 +266,12 @@ def similarity(cloud, jets):
     primitive, kernel = cloud.shapes[0], cloud.kernels[0]
     kinds, rows = cloud.packed
     turn = np.roll(np.eye(3), 1, axis=0)
-    turned = registry.place(rows, turn, np.zeros(3))
-    turned[:, registry.POSITIONS] *= 2.0
-    turned[:, registry.SIZE] *= 2.0
-    turned[:, registry.KERNEL] *= 0.5 if isinstance(kernel, fs.Cauchy | fs.Gaussian) else 2.0
+    turned = place(rows, turn, np.zeros(3))
+    turned[:, POSITIONS] *= 2.0
+    turned[:, SIZE] *= 2.0
+    turned[:, KERNEL_WIDTH] *= 0.5 if isinstance(kernel, fs.Cauchy | fs.Gaussian) else 2.0
     if isinstance(primitive, fs.Triangle):
-        turned[:, registry.ANGLE] *= 4.0  # there its area
+        turned[:, ANGLE] *= 4.0  # there its area
     other = targets.jets("warp64", kinds, turned, 2.0 * cloud.points @ turn.T)[:, TURNED]
     order = np.array([0, 1, 1, 1, 2, 2, 2, 2, 2, 2])
     degree = primitive.dimension + {fs.Newtonian: -1, fs.InverseSquare: -2}.get(type(kernel), 0) - order
@@ -308,18 +310,18 @@ def _halves(kernel, shape):
         halves = fs.Triangle(shape.a, middle, shape.c), fs.Triangle(middle, shape.b, shape.c)
     else:
         return _half_arcs(kernel, shape)
-    return [registry.pack([half], [kernel], 1.0) for half in halves]
+    return [pack([half], [kernel], 1.0) for half in halves]
 
 
 def _half_arcs(kernel, shape):
     """The elements of two half arcs; made of the whole's row, so that all lie on the same wire to the last digit."""
-    kind = registry.CELLS[type(kernel), fs.Arc].kind
-    row = registry.pack([shape], [kernel], 1.0).rows[0]
-    row[registry.ANGLE] /= 2
+    kind = registry.FORMULAS[type(kernel), fs.Arc].kind
+    row = pack([shape], [kernel], 1.0).rows[0]
+    row[ANGLE] /= 2
     start, normal = row[14:17], row[17:20]
     other = row.copy()
-    other[14:17] = np.cos(row[registry.ANGLE]) * start + np.sin(row[registry.ANGLE]) * np.cross(normal, start)
-    return [registry.Elements(r[None], np.array([kind]), np.zeros(1, int)) for r in (row, other)]
+    other[14:17] = np.cos(row[ANGLE]) * start + np.sin(row[ANGLE]) * np.cross(normal, start)
+    return [Elements(r[None], np.array([kind]), np.zeros(1, int)) for r in (row, other)]
 
 
 def slope_across(cloud, jets):

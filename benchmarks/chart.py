@@ -1,6 +1,6 @@
 """Write docs/fields.md and docs/fields.png: `python -m benchmarks.chart`.
 
-The chart of cells with its formulas' places and cost, the accuracy reached on the reference values and at random
+The registered formulas with their places and cost, the accuracy reached on the reference values and at random
 points, and contours, all taken from the registry and measured here.
 """
 
@@ -34,14 +34,14 @@ SIZE = 150  # pixels of a picture in the contour sheet
 
 
 def methods():
-    """The lines of the chart, one per cell: method, place and cost."""
+    """The lines of the table, one per formula: method, place and cost."""
     lines = ["| kernel | primitive | method | formula in | ns | points |", "|---|---|---|---|---:|---:|"]
     for kernel in KERNELS:
         base = None
         for primitive in PRIMITIVES:
             cost = nanoseconds(kernel, primitive, wp.float64, 5)
             base = base or cost
-            jet = registry.CELLS[type(kernel), type(primitive)].jet
+            jet = registry.FORMULAS[type(kernel), type(primitive)].jet
             local = jet.bindings.get("kernel", jet)
             method = METHODS.get(type(primitive), {}).get(type(kernel).__name__, "the kernel")
             where = f"`{local.__module__.rsplit('.', 1)[-1]}.py`"
@@ -50,7 +50,7 @@ def methods():
 
 
 def errors():
-    """The lines of the accuracy table, one per cell."""
+    """The lines of the accuracy table, one per formula."""
     lines = [
         "| kernel | primitive | reference | random points | median | float32, reference | float32, random points |",
         "|---|---|---|---|---|---|---|",
@@ -74,7 +74,7 @@ def _powers(values):
 
 
 def contours(kernel, primitive):
-    """Filled contours of a cell's field in a plane through the primitive, (SIZE, SIZE, 3) uint8."""
+    """Filled contours of a formula's field in a plane through the primitive, (SIZE, SIZE, 3) uint8."""
     line = np.linspace(-1.25, 1.25, SIZE)
     x, y = np.meshgrid(line, -line)
     # A plane that the primitive does not fill: tilted a little, or across it.
@@ -92,7 +92,7 @@ def contours(kernel, primitive):
 
 
 def sheet():
-    """The contour pictures of all cells, kernels down and primitives across."""
+    """The contour pictures of all formulas, kernels down and primitives across."""
     left, top = 95, 22
     image = Image.new("RGB", (left + SIZE * len(PRIMITIVES), top + SIZE * len(KERNELS)), "white")
     draw = ImageDraw.Draw(image)
@@ -108,7 +108,7 @@ def sheet():
 
 TEXT = """# The fields
 
-![Contours of every cell](fields.png)
+![Contours of every formula](fields.png)
 
 Every kernel on every primitive has its value, gradient and Hessian in one evaluation: in closed form, or with a special
 function at fixed cost. Written by `python -m benchmarks.chart`, from the registry and from what it measured.
@@ -124,7 +124,7 @@ ACCURACY = """
 
 The largest relative errors of value, gradient and Hessian, in this order (`python -m benchmarks accuracy` gives more):
 
-- *reference*: the cell's 40 reference cases (50-digit quadrature), value and gradient.
+- *reference*: the formula's 40 reference cases (50-digit quadrature), value and gradient.
 - *random points*: 10,000 points at distances 1e-9 to 1e6, some on hard places (beyond an end, on an axis, in
   the plane, at a corner, at a support's edge), half of them about primitives in general position with kernels of other
   widths. Identities and the other compiler judge all of them; quadrature in 34 to 50 digits judges 40 at random

@@ -7,7 +7,8 @@ import math
 import numpy as np
 
 import fieldsim as fs
-from fieldsim.potentials import registry
+from fieldsim.potentials.elements import pack
+from fieldsim.potentials.row import ROW_WIDTH
 
 COUNT = 10_000
 OTHERS = 7  # shapes in general position
@@ -37,13 +38,13 @@ class Cloud:
     @functools.cached_property
     def packed(self):
         """Kinds (N,) and rows (N, WIDTH) of every point's element."""
-        elements = [registry.pack([s], [k], 1.0) for s, k in zip(self.shapes, self.kernels, strict=True)]
+        elements = [pack([s], [k], 1.0) for s, k in zip(self.shapes, self.kernels, strict=True)]
         kinds = np.concatenate([e.kinds for e in elements])
         return kinds[self.owner], np.concatenate([e.rows for e in elements])[self.owner]
 
 
 def make_cloud(kernel, primitive) -> Cloud:
-    """The cloud of a cell: half its points about `primitive`, half about others of its kind in general position."""
+    """The cloud of a formula: half its points about `primitive`, half about others of its kind in general position."""
     rng = np.random.default_rng([*map(ord, type(kernel).__name__ + type(primitive).__name__)])
     shapes = (primitive, *(_another(primitive, rng) for _ in range(OTHERS)))
     kernels = (kernel, *(_another_width(kernel, rng) for _ in range(OTHERS)))
@@ -160,7 +161,7 @@ def _feet(shape, count, rng):
         sideways = rng.uniform(-1, 1, (count, 3))
         normal = np.array(shape.normal) / np.linalg.norm(shape.normal)
         return np.array(shape.point) + sideways - (sideways @ normal)[:, None] * normal
-    row = np.zeros(registry.WIDTH)
+    row = np.zeros(ROW_WIDTH)
     shape.pack(row)
     start, normal = row[14:17], row[17:20]
     turn = t * row[3]

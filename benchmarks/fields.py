@@ -1,4 +1,4 @@
-"""What a cell costs: nanoseconds per value and gradient of one element at one point, one core, compiled beforehand.
+"""What a formula costs: nanoseconds per value and gradient of one element at one point, one core, compiled beforehand.
 
 `ratio` compares with a Point under the same kernel and target. Points lie at log-uniform distances around a primitive.
 """
@@ -38,7 +38,7 @@ COUNT = 20_000
 
 
 def rows(repeats: int = 5):
-    """The cost of every cell on every target, and what a first compile takes."""
+    """The cost of every formula on every target, and what a first compile takes."""
     for kernel in KERNELS:
         points = {}
         for primitive in PRIMITIVES:
@@ -131,7 +131,7 @@ _ALL = """
 from benchmarks.fields import KERNELS, PRIMITIVES
 sum((fs.Field(PRIMITIVES, kernel) for kernel in KERNELS[1:]), fs.Field(PRIMITIVES, KERNELS[0])).value((2.0, 3.0, 1.0))
 """
-FIRST = {"one cell": _ONE, "all cells": _ALL}
+FIRST = {"one formula": _ONE, "all formulas": _ALL}
 
 
 def cold(code):

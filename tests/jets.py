@@ -1,21 +1,22 @@
-"""Jets (value, gradient, Hessian) of rows of one cell, and what a field of vanishing tails is measured by."""
+"""Jets (value, gradient, Hessian) of rows of one pair, and what a field of vanishing tails is measured by."""
 
 import math
 
 import targets
 
 from fieldsim.potentials import registry
+from fieldsim.potentials.elements import pack
 from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Newtonian
 
 
 def row(kernel, primitive, fold=0.0):
     """The element row of one primitive of strength 1."""
-    return registry.pack([primitive], [kernel], 1.0, fold).rows[0]
+    return pack([primitive], [kernel], 1.0, fold).rows[0]
 
 
-def evaluate(target, cell, points, rows):
-    """F (N,), gradient (N, 3) and Hessian (N, 3, 3) of element i at points[i]; cell: (kernel type, primitive type)."""
-    out = targets.jets(target, [registry.CELLS[cell].kind] * len(points), rows, points)
+def evaluate(target, pair, points, rows):
+    """F (N,), gradient (N, 3) and Hessian (N, 3, 3) of element i at points[i]; pair: (kernel type, primitive type)."""
+    out = targets.jets(target, [registry.FORMULAS[pair].kind] * len(points), rows, points)
     return out[:, 0], out[:, 1:4], targets.hessians(out)
 
 

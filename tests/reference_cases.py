@@ -38,7 +38,7 @@ from fieldsim.potentials.primitives.plane import Plane
 from fieldsim.potentials.primitives.point import Point
 from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.potentials.primitives.triangle import Triangle
-from fieldsim.potentials.registry import CELLS, Cell
+from fieldsim.potentials.registry import FORMULAS, Formula
 
 KERNELS = {
     "cauchy": lambda p: Cauchy(s=p["s"]),
@@ -95,16 +95,16 @@ class Case:
 
 
 @functools.cache
-def reference() -> dict[Cell, list[Case]]:
-    """All cases, by cell of the chart."""
+def reference() -> dict[Formula, list[Case]]:
+    """All cases, by formula."""
     path = pathlib.Path(__file__).parent / "reference" / "fields.json"
     result = collections.defaultdict(list)
-    for cell in json.loads(path.read_text())["cells"]:
-        for raw in cell["cases"]:
-            kernel = KERNELS[cell["kernel"]](raw["kernel"])
-            for name in _names(cell["primitive"], raw):
+    for entry in json.loads(path.read_text())["cells"]:
+        for raw in entry["cases"]:
+            kernel = KERNELS[entry["kernel"]](raw["kernel"])
+            for name in _names(entry["primitive"], raw):
                 primitive = PRIMITIVES[name](raw["primitive"])
-                result[CELLS[type(kernel), type(primitive)]].append(_case(kernel, primitive, raw))
+                result[FORMULAS[type(kernel), type(primitive)]].append(_case(kernel, primitive, raw))
     return dict(result)
 
 

@@ -1,4 +1,4 @@
-"""Every compiled target of the chart, evaluating element i at point i; each cell is compiled once, when first asked."""
+"""Every compiled target of the formulas, evaluating element i at point i; each is compiled once, when first asked."""
 
 import functools
 
@@ -8,6 +8,7 @@ import warp as wp
 
 from fieldsim import launch
 from fieldsim.potentials import registry
+from fieldsim.potentials.elements import pack
 
 
 def evaluate(target, elements, points):
@@ -26,13 +27,13 @@ def jets(target, kinds, rows, points):
     out = np.full((len(points), 10), np.nan)
     for kind in np.unique(kinds):
         where = kinds == kind
-        out[where] = _jets_of_cell(target, int(kind), rows[where], points[where])
+        out[where] = _jets_of_formula(target, int(kind), rows[where], points[where])
     return out
 
 
 def rows_of(primitives, kernels):
     """Kinds (N,) and packed rows (N, WIDTH) of single elements of unit strength, in the given order."""
-    parts = [registry.pack([p], [k], 1.0) for p, k in zip(primitives, kernels, strict=True)]
+    parts = [pack([p], [k], 1.0) for p, k in zip(primitives, kernels, strict=True)]
     return np.concatenate([part.kinds for part in parts]), np.concatenate([part.rows for part in parts])
 
 
@@ -41,7 +42,7 @@ def hessians(out):
     return out[:, [[4, 7, 8], [7, 5, 9], [8, 9, 6]]]
 
 
-def _jets_of_cell(target, kind, rows, points):
+def _jets_of_formula(target, kind, rows, points):
     out = np.full((len(points), 10), np.nan)
     if target == "numba":
         _numba(kind)(points, rows, out)
@@ -54,7 +55,7 @@ def _jets_of_cell(target, kind, rows, points):
 
 @functools.cache
 def _jet(kind):
-    return next(cell.jet for cell in registry.CELLS.values() if cell.kind == kind)
+    return next(formula.jet for formula in registry.FORMULAS.values() if formula.kind == kind)
 
 
 @functools.cache

@@ -1,6 +1,6 @@
-"""Skeletons convolved with kernels. Importing the package fills the chart of cells, always in the same order.
+"""Skeletons convolved with kernels. Importing the package registers all formulas, always in the same order.
 
-(The order numbers the cells, and the numbers are part of the compiled code.)
+(The order numbers the formulas, and the numbers are part of the compiled code.)
 """
 
 # ruff: noqa: F401, I001

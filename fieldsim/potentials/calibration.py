@@ -21,6 +21,7 @@ import numpy as np
 
 from fieldsim.errors import InputError
 from fieldsim.potentials import registry
+from fieldsim.potentials.elements import pack
 from fieldsim.potentials.kernels import (
     COMPACT,
     Cauchy,
@@ -39,6 +40,7 @@ from fieldsim.potentials.primitives.plane import Plane
 from fieldsim.potentials.primitives.point import Point
 from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.potentials.primitives.tapered import TaperedSegment
+from fieldsim.potentials.row import ANGLE, ROW_WIDTH, SIZE
 
 # Half width of (1 + s^2 r^2)^-2 equals that of exp(-a^2 r^2) when s = CAUCHY_PER_GAUSSIAN a.
 CAUCHY_PER_GAUSSIAN = math.sqrt((math.sqrt(2.0) - 1.0) / math.log(2.0))
@@ -114,7 +116,7 @@ def _diverges(kernel, dimension):
 
 def _measured(primitive, radius):
     """The primitive without its profile, and the point where its field is measured."""
-    row = np.zeros(registry.WIDTH)
+    row = np.zeros(ROW_WIDTH)
     primitive.pack(row)
     if isinstance(primitive, Segment):
         axis = row[14:17]
@@ -125,18 +127,18 @@ def _measured(primitive, radius):
         return primitive, middle + radius * aside / np.linalg.norm(aside)
     normal = row[17:20]
     if isinstance(primitive, Arc | Circle):
-        half = 0.5 * row[registry.ANGLE]
+        half = 0.5 * row[ANGLE]
         out = math.cos(half) * row[14:17] + math.sin(half) * np.cross(normal, row[14:17])
         if isinstance(primitive, Arc):
             primitive = Arc(primitive.center, primitive.normal, primitive.start, primitive.radius, primitive.angle)
-        return primitive, row[5:8] + row[registry.SIZE] * out + radius * normal
+        return primitive, row[5:8] + row[SIZE] * out + radius * normal
     return primitive, row[5:14].reshape(3, 3).mean(axis=0) + radius * normal
 
 
 def _inverse(kernel, radius, primitive, point):
     """1 / F at a point."""
-    elements = registry.pack([primitive], [kernel], [1.0])
-    value = registry.cell_of(kernel, primitive).jet(*map(float, point), elements.rows, 0)[0]
+    elements = pack([primitive], [kernel], [1.0])
+    value = registry.formula_of(kernel, primitive).jet(*map(float, point), elements.rows, 0)[0]
     if not value > 0.0:
         raise InputError(
             f"Material: radius is {radius:g}, but {kernel!r} ends before; give it a radius of support above that"

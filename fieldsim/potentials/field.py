@@ -10,9 +10,11 @@ import warp as wp
 from fieldsim import launch, validate
 from fieldsim.errors import InputError, OperandError
 from fieldsim.potentials import registry
+from fieldsim.potentials.elements import BARE, Elements, concatenate, pack
 from fieldsim.potentials.kernels import Kernel, Newtonian
 from fieldsim.potentials.meshes.mesh import TriangleMesh
 from fieldsim.potentials.primitives.base import Primitive
+from fieldsim.potentials.row import KERNEL_WIDTH, STRENGTH
 
 # Beyond, squares of distances are of no use.
 FARTHEST = 1e100
@@ -34,7 +36,7 @@ class Field:
     """
 
     # Elements that were packed elsewhere, summed with the terms: surfaces of bodies, what is placed in the world.
-    packed: tuple[registry.Elements, ...] = ()
+    packed: tuple[Elements, ...] = ()
 
     # NumPy scalars leave `scalar * field` to the field.
     __array_ufunc__ = None
@@ -52,15 +54,13 @@ class Field:
         field = cls.__new__(cls)
         field.terms = validate.instances("Field.of_terms", "terms", terms, Term, "give those of other fields")
         remedy = "give those of other fields"
-        field.packed = validate.instances("Field.of_terms", "packed", packed, registry.Elements, remedy)
+        field.packed = validate.instances("Field.of_terms", "packed", packed, Elements, remedy)
         return field
 
     @classmethod
-    def of_elements(cls, elements: registry.Elements) -> "Field":
+    def of_elements(cls, elements: Elements) -> "Field":
         """A field of packed elements."""
-        validate.instance(
-            "Field.of_elements", "elements", elements, registry.Elements, "give field.elements of another"
-        )
+        validate.instance("Field.of_elements", "elements", elements, Elements, "give field.elements of another")
         return cls.of_terms((), (elements,))
 
     @property
@@ -82,14 +82,12 @@ class Field:
         return Field.of_terms(terms, self.packed)
 
     @functools.cached_property
-    def elements(self) -> registry.Elements:
-        """The packed elements, grouped by cell; raises InputError for an animated field."""
+    def elements(self) -> Elements:
+        """The packed elements, grouped by formula; raises InputError for an animated field."""
         if self.animated:
             raise InputError("this field is a function of time; evaluate field.at(time)")
-        own = registry.pack(
-            [t.primitive for t in self.terms], [t.kernel for t in self.terms], [t.strength for t in self.terms]
-        )
-        return registry.concatenate([own, *self.packed]).grouped()[0] if self.packed else own
+        own = pack([t.primitive for t in self.terms], [t.kernel for t in self.terms], [t.strength for t in self.terms])
+        return concatenate([own, *self.packed]).grouped()[0] if self.packed else own
 
     def value(self, points) -> float | np.ndarray | wp.array:
         """F at `points`: (N, 3) -> (N,); (3,) -> float. Cheaper than with the gradient."""
@@ -152,10 +150,10 @@ class Field:
 
         rows = self.elements.rows
         near = 1e-9 * max(np.abs(point).max(), 1e-300)
-        for cell, which in registry.parts_of(self.elements.kinds):
+        for formula, which in registry.parts_of(self.elements.kinds):
             bare = np.arange(len(rows))[which]
-            for i in bare[rows[bare, registry.KERNEL] < registry.BARE]:
-                if cell.primitive in DISTANCES and DISTANCES[cell.primitive](*point.tolist(), rows, i) <= near:
+            for i in bare[rows[bare, KERNEL_WIDTH] < BARE]:
+                if formula.primitive in DISTANCES and DISTANCES[formula.primitive](*point.tolist(), rows, i) <= near:
                     return True
         return False
 
@@ -200,7 +198,7 @@ class Field:
                 (term.scaled(factor) for term in self.terms), (e.scaled(factor) for e in self.packed)
             )
         strengths = [term.strength for term in scaled.terms if not callable(term.strength)]
-        strengths += [strength for e in scaled.packed for strength in e.rows[:, registry.STRENGTH].tolist()]
+        strengths += [strength for e in scaled.packed for strength in e.rows[:, STRENGTH].tolist()]
         if not np.isfinite(strengths).all():
             raise InputError(f"Field: factor is {factor:g}, by which a strength overflows; give a smaller one")
         return scaled
@@ -377,7 +375,7 @@ def _host_points(points):
 
 @functools.cache
 def _value_kernel(kinds_used, scalar):
-    """The Warp kernel that evaluates fields of the given cells at points."""
+    """The Warp kernel that evaluates fields of the given formulas at points."""
     total = registry.field_sum(kinds_used).warp(scalar)
 
     @wp.kernel(module="unique", enable_backward=False)

@@ -124,6 +124,8 @@ ROW_WIDTH = ROW.width
 POSITIONS = slice(CORNER_A.start, CORNER_C.stop)
 DIRECTIONS = slice(AXIS.start, NORMAL.stop)
 FIRST_COEFFICIENT = COEFFICIENTS.start
+# What only some primitives have.
+OWN = slice(PROFILE_SHAPE, COEFFICIENTS.stop)
 
 
 x_column = hole()

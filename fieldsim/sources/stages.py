@@ -14,6 +14,8 @@ from fieldsim.errors import InputError
 from fieldsim.launch import launch
 from fieldsim.numerics import quaternion
 from fieldsim.potentials import registry
+from fieldsim.potentials.elements import Elements, concatenate, place
+from fieldsim.potentials.row import ROW_WIDTH
 from fieldsim.world.motion import IDENTITY, Spin
 
 ROLES = {
@@ -55,14 +57,14 @@ class Sources:
             if (body.moving or body.deforming) and len(self._elements(body, time))
         ]
         still = [body for _, body in bodies if not (body.moving or body.deforming)]
-        self.fixed = registry.concatenate(self._placed(body, time) for body in still).grouped()[0]
+        self.fixed = concatenate(self._placed(body, time) for body in still).grouped()[0]
         shapes = [self._elements(body, time) for _, body in self._changing]
-        self.moving_kinds = registry.concatenate(shapes).kinds
+        self.moving_kinds = concatenate(shapes).kinds
         self._shapes = shapes
 
     @property
     def kinds_used(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
-        """The cells of the still and of the changing elements: the key under which code is compiled."""
+        """The formulas of the still and of the changing elements: the key under which code is compiled."""
         return self.fixed.kinds_used, tuple(np.unique(self.moving_kinds).tolist())
 
     @property
@@ -79,7 +81,7 @@ class Sources:
             _rows_of(index, body, shape, self._elements, times, self.poses_of)
             for (index, body), shape in zip(self._changing, self._shapes, strict=True)
         ]
-        return np.concatenate(parts, axis=1) if parts else np.zeros((len(times), 0, registry.WIDTH))
+        return np.concatenate(parts, axis=1) if parts else np.zeros((len(times), 0, ROW_WIDTH))
 
     def poses_of(self, index, body, times) -> tuple[np.ndarray, np.ndarray]:
         """Rotation matrices (stages, 3, 3) and positions (stages, 3) of a body at the given times."""
@@ -97,9 +99,7 @@ class Sources:
     def _placed(self, body, time):
         local = self._elements(body, time)
         pose = body.pose_at(time)
-        return registry.Elements(
-            registry.place(local.rows, pose.matrix, np.array(pose.position)), local.kinds, local.order
-        )
+        return Elements(place(local.rows, pose.matrix, np.array(pose.position)), local.kinds, local.order)
 
 
 def _rows_of(index, body, shape, elements, times, poses_of):
@@ -110,7 +110,7 @@ def _rows_of(index, body, shape, elements, times, poses_of):
         else:
             local = np.broadcast_to(shape.rows, (len(times), *shape.rows.shape))
         rotations, positions = poses_of(index, body, times)
-        return registry.place(local, rotations[:, None], positions[:, None])
+        return place(local, rotations[:, None], positions[:, None])
     except InputError as reason:
         name = f" ({body.name})" if body.name else ""
         raise InputError(f"Body {index}{name}, between times {min(times):g} and {max(times):g}: {reason}") from None
@@ -162,7 +162,7 @@ def tables(sources: Sources, fixed_rows, moving_rows, device, earlier=None, swee
 
 @functools.cache
 def field_at(kinds_used):
-    """Warp function (point, stages, stage) -> (F, gradient) of the given cells at one stage."""
+    """Warp function (point, stages, stage) -> (F, gradient) of the given formulas at one stage."""
     fixed_kinds, moving_kinds = kinds_used
     fixed = registry.field_sum(fixed_kinds).warp(wp.float64)
     moving = registry.field_sum(moving_kinds).warp(wp.float64)
@@ -183,7 +183,7 @@ def field_at(kinds_used):
 
 @functools.cache
 def hessian_at(kinds_used):
-    """Warp function (point, stages, stage) -> (gradient, Hessian) of the given cells at one stage."""
+    """Warp function (point, stages, stage) -> (gradient, Hessian) of the given formulas at one stage."""
     fixed_kinds, moving_kinds = kinds_used
     fixed = registry.jet_sum(fixed_kinds).warp(wp.float64)
     moving = registry.jet_sum(moving_kinds).warp(wp.float64)

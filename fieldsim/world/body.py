@@ -5,11 +5,12 @@ import functools
 
 from fieldsim import validate
 from fieldsim.errors import InputError
-from fieldsim.potentials import registry
+from fieldsim.potentials.elements import Elements, concatenate, pack
 from fieldsim.potentials.field import Field, skeleton, spread
 from fieldsim.potentials.kernels import Kernel
 from fieldsim.potentials.meshes.mesh import TriangleMesh
 from fieldsim.potentials.primitives.base import Primitive
+from fieldsim.potentials.row import STRENGTH
 from fieldsim.world.material import Material
 from fieldsim.world.motion import IDENTITY, Pose, pose_at
 from fieldsim.world.rigid import Rigid
@@ -83,12 +84,12 @@ class Body:
             return None
         return spread("Body", self.skeleton, self.mass, self.G, self.gravity)
 
-    def gravity_elements(self, time: float) -> registry.Elements:
+    def gravity_elements(self, time: float) -> Elements:
         """Packed gravity elements at `time`, in the body's frame."""
         time = validate.number(self.label, "time", time)
         return self._pack_gravity(time) if self.deforming else self._fixed_gravity
 
-    def surface_elements(self, time: float) -> registry.Elements:
+    def surface_elements(self, time: float) -> Elements:
         """Packed surface elements at `time`, in the body's frame, scaled so that the surface is F = 1."""
         time = validate.number(self.label, "time", time)
         return self._pack_surface(time) if self.deforming else self._fixed_surface
@@ -116,16 +117,16 @@ class Body:
 
     def _pack_gravity(self, time):
         field = self.gravity_field()
-        return registry.concatenate([]) if field is None else field.at(time).elements
+        return concatenate([]) if field is None else field.at(time).elements
 
     def _pack_surface(self, time):
         if self.surface is None:
-            return registry.concatenate([])
+            return concatenate([])
         material = self.surface.at(time)
         if material.level is not None:
             elements = self._pack_gravity(time)
-            elements.rows[:, registry.STRENGTH] /= material.level
+            elements.rows[:, STRENGTH] /= material.level
             return elements
         primitives = [primitive.at(time) for primitive in self.skeleton]
         strengths, folds = zip(*(material.strength_on(p) for p in primitives), strict=True)
-        return registry.pack(primitives, [material.surface_kernel] * len(primitives), strengths, folds)
+        return pack(primitives, [material.surface_kernel] * len(primitives), strengths, folds)

@@ -129,7 +129,7 @@ class Material:
         return calibration.kernel_of(self.kernel, self.radius, self.blobbiness)
 
     def surface_strength(self, dimension: int) -> tuple[float, float]:
-        """(strength, fold) of a point, line or plane (0, 1, 2), such that F = 1 is the surface; see `cells`.
+        """(strength, fold) of a point, line or plane (0, 1, 2), such that F = 1 is the surface; see `potentials.row`.
 
         Raises InputError for a line or plane whose field is infinite.
         """

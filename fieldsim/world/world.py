@@ -10,7 +10,7 @@ import numpy as np
 from fieldsim import validate
 from fieldsim.arrays import kept, read_only
 from fieldsim.errors import FieldsimWarning, InputError
-from fieldsim.potentials import registry
+from fieldsim.potentials.elements import Elements, concatenate, place
 from fieldsim.potentials.field import Field
 from fieldsim.potentials.meshes.mesh import TriangleMesh
 from fieldsim.world.body import Body
@@ -214,12 +214,12 @@ class Snapshot:
             if body.surface is None:
                 continue
             local = body.surface_elements(self.time)
-            rows = local.rows if pose.is_identity else registry.place(local.rows, pose.matrix, np.array(pose.position))
+            rows = local.rows if pose.is_identity else place(local.rows, pose.matrix, np.array(pose.position))
             parts.append(dataclasses.replace(local, rows=rows))
             owners.append(np.full(len(local), len(materials), dtype=np.int32))
             materials.append(body.surface.at(self.time))
             poses.append(pose)
-        grouped, order = registry.concatenate(parts).grouped()
+        grouped, order = concatenate(parts).grouped()
         owner = np.concatenate(owners)[order] if owners else np.zeros(0, dtype=np.int32)
         return Surface(grouped, owner, tuple(materials), tuple(poses))
 
@@ -270,9 +270,9 @@ def _pair(name, value, remedy):
 
 @dataclasses.dataclass(frozen=True)
 class Surface:
-    """Surface elements in the world's frame, grouped by cell; owner: each one's material and pose, (N,)."""
+    """Surface elements in the world's frame, grouped by formula; owner: each one's material and pose, (N,)."""
 
-    elements: registry.Elements
+    elements: Elements
     owner: np.ndarray
     materials: tuple[Material, ...]
     poses: tuple[Pose, ...]

@@ -6,6 +6,7 @@ import warp as wp
 
 import fieldsim as fs
 from fieldsim.potentials import registry
+from fieldsim.potentials.elements import pack
 
 PLACES = np.random.default_rng(0).normal(size=(8, 3))
 
@@ -40,12 +41,16 @@ KERNELS = {
     fs.SoftObject: lambda unit: fs.SoftObject(2.0 * unit),
     fs.Quartic: lambda unit: fs.Quartic(2.0 * unit),
 }
-PAIRS = [(k, p) for k, p in ((cell.kernel, cell.primitive.__name__) for cell in registry.CELLS.values()) if p != "Face"]
+PAIRS = [
+    (k, p)
+    for k, p in ((formula.kernel, formula.primitive.__name__) for formula in registry.FORMULAS.values())
+    if p != "Face"
+]
 
 
 def jets(primitive, kernel, strength, places):
     """Rows of the jet in plain Python, which the compiled twins equal elsewhere."""
-    elements = registry.pack([primitive], [kernel], [strength])
+    elements = pack([primitive], [kernel], [strength])
     jet = registry.element_jet(elements.kinds_used)
     with np.errstate(all="ignore"):
         return np.array([jet(*map(float, place), elements.rows, elements.kinds, 0) for place in places])

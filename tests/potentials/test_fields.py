@@ -1,4 +1,4 @@
-"""Fields as users call them: shapes, devices, sums, gravity, animation, bad input; and identities of every cell."""
+"""Fields as users call them: shapes, devices, sums, gravity, animation, bad input; and identities of every formula."""
 
 import math
 
@@ -13,7 +13,9 @@ from fieldsim import launch
 from fieldsim.errors import InputError
 from fieldsim.potentials import field as field_module
 from fieldsim.potentials import registry
+from fieldsim.potentials.elements import Elements, concatenate, pack, place
 from fieldsim.potentials.field import Field, gravity
+from fieldsim.potentials.row import ROW_WIDTH
 from fieldsim.world.body import Body
 from fieldsim.world.material import Material
 
@@ -23,31 +25,31 @@ BONE = Segment((-1, 0, 0), (1, 0.5, 0.25))
 BALL = Point((0.3, -0.2, 0.1))
 
 
-def one_of(cell):
-    """The reference's first cases of a cell: their packed elements, points around them, and what rounding leaves."""
-    cases = reference_cases.reference()[cell][:15]
-    elements = registry.pack([c.primitive for c in cases], [c.kernel for c in cases], 1.0)
+def one_of(formula):
+    """The reference's first cases of a formula: their packed elements, points around them, and what rounding leaves."""
+    cases = reference_cases.reference()[formula][:15]
+    elements = pack([c.primitive for c in cases], [c.kernel for c in cases], 1.0)
     return elements, np.array([c.point for c in cases]), np.array([c.value_accepted for c in cases])
 
 
-def name(cell):
-    return f"{cell.kernel.__name__}-{cell.primitive.__name__}"
+def name(formula):
+    return f"{formula.kernel.__name__}-{formula.primitive.__name__}"
 
 
-every_cell = pytest.mark.parametrize("cell", reference_cases.reference(), ids=name)
+every_formula = pytest.mark.parametrize("formula", reference_cases.reference(), ids=name)
 
 
-# Identities of every cell
+# Identities of every formula
 
 
-@every_cell
-def test_fields_move_rigidly_with_their_bodies(cell):
-    elements, points, rounding = one_of(cell)
+@every_formula
+def test_fields_move_rigidly_with_their_bodies(formula):
+    elements, points, rounding = one_of(formula)
     w, x, y, z = quaternion = np.array([0.2, -0.5, 0.7, 0.4]) / math.sqrt(0.94)
     assert np.linalg.norm(quaternion) == pytest.approx(1.0)
     rotation = np.eye(3) + 2 * (w * _cross((x, y, z)) + _cross((x, y, z)) @ _cross((x, y, z)))
     shift = np.array([0.4, -1.3, 0.8])
-    placed = registry.Elements(registry.place(elements.rows, rotation, shift), elements.kinds, elements.order)
+    placed = Elements(place(elements.rows, rotation, shift), elements.kinds, elements.order)
     value, gradient = targets.evaluate("warp64", elements, points)
     moved_value, moved_gradient = targets.evaluate("warp64", placed, points @ rotation.T + shift)
     # Moving rounds coordinates of size 30 to 1e-15, next to a wire at 0.02: 1e-13 of the field.
@@ -60,9 +62,9 @@ def _cross(v):
     return np.cross(np.eye(3), v) * -1.0
 
 
-@every_cell
-def test_gradient_is_the_derivative_of_the_value(cell):
-    elements, points, _ = one_of(cell)
+@every_formula
+def test_gradient_is_the_derivative_of_the_value(formula):
+    elements, points, _ = one_of(formula)
     value, gradient = targets.evaluate("warp64", elements, points)
     step = 1e-4
     for axis in range(3):
@@ -358,10 +360,10 @@ def test_animations_that_break_say_where_and_when(field, message):
         field.at(1.0)
 
 
-# The chart
+# The registry
 
 
-def test_unknown_cells_name_the_known_ones():
+def test_unknown_formulas_name_the_known_ones():
     class Plank(Point):
         pass
 
@@ -369,20 +371,20 @@ def test_unknown_cells_name_the_known_ones():
         Field(Plank((0, 0, 0)), Newtonian()).value(POINTS)
 
 
-def test_cells_enter_the_chart_once():
-    with pytest.raises(InputError, match="Newtonian on Point is in the chart already"):
-        registry.register(Newtonian, Point, registry.CELLS[Newtonian, Point].jet)
+def test_formulas_are_registered_once():
+    with pytest.raises(InputError, match="Newtonian on Point is registered already"):
+        registry.register(Newtonian, Point, registry.FORMULAS[Newtonian, Point].jet)
 
 
 def test_no_elements_no_field():
     function = registry.field_sum(())
-    assert function(0.0, 0.0, 0.0, np.zeros((0, registry.WIDTH)), np.zeros(0, np.int32), 0, 0) == (0, 0, 0, 0)
-    assert len(registry.concatenate([])) == 0
+    assert function(0.0, 0.0, 0.0, np.zeros((0, ROW_WIDTH)), np.zeros(0, np.int32), 0, 0) == (0, 0, 0, 0)
+    assert len(concatenate([])) == 0
 
 
 @pytest.mark.parametrize("scalar", [wp.float32, wp.float64], ids=["float32", "float64"])
-def test_all_cells_compile_for_cuda_without_a_device(scalar, tmp_path):
-    kinds = tuple(sorted(cell.kind for cell in registry.CELLS.values()))
+def test_all_formulas_compile_for_cuda_without_a_device(scalar, tmp_path):
+    kinds = tuple(sorted(formula.kind for formula in registry.FORMULAS.values()))
     kernel = field_module._hessian_kernel(kinds, scalar)
     wp.compile_aot_module(kernel.module, arch=90, use_ptx=True, module_dir=tmp_path)
     (ptx,) = tmp_path.glob("*.ptx")

@@ -12,7 +12,7 @@ import targets
 
 from fieldsim.errors import InputError
 from fieldsim.numerics.angles import arctangent, sine_cosine
-from fieldsim.potentials import registry
+from fieldsim.potentials.elements import pack
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
 from fieldsim.potentials.primitives.arc import Arc
 from fieldsim.potentials.primitives.circle import Circle
@@ -122,7 +122,7 @@ def questions(family, count=42):
 
 def asked(family):
     everything, values, gradients = zip(*questions(family), strict=True)
-    elements = registry.pack([q.primitive for q in everything], [q.kernel for q in everything], 1.0)
+    elements = pack([q.primitive for q in everything], [q.kernel for q in everything], 1.0)
     assert (elements.order == np.arange(len(everything))).all()
     return everything, elements, np.array([q.point for q in everything]), np.array(values), np.array(gradients)
 
@@ -185,7 +185,7 @@ def every_kernel(count):
 
 
 def fields(primitives, kernels, points, target="warp64", folds=None):
-    elements = registry.pack(primitives, kernels, 1.0, folds)
+    elements = pack(primitives, kernels, 1.0, folds)
     value, gradient = targets.evaluate(target, elements, np.asarray(points, dtype=float)[elements.order])
     back = np.argsort(elements.order)
     return value[back], gradient[back]

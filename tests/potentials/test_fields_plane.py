@@ -7,10 +7,9 @@ import pytest
 import reference_cases
 
 from fieldsim.errors import InputError
-from fieldsim.potentials import kernels
+from fieldsim.potentials import kernels, registry
 from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Metaball, Newtonian, Quartic, SoftObject
 from fieldsim.potentials.primitives.plane import Plane
-from fieldsim.potentials.registry import CELLS
 
 FORMULAS = [
     (Cauchy(1.7), lambda z: mp.pi / (mp.mpf(1.7) ** 2 * (1 + (mp.mpf(1.7) * z) ** 2))),
@@ -54,7 +53,7 @@ def test_value_and_both_derivatives(kernel, formula):
 
 @pytest.mark.parametrize("kernel", kernels.Kernel.__subclasses__(), ids=lambda k: k.__name__)
 def test_single_precision(kernel):
-    cases = reference_cases.reference()[CELLS[kernel, Plane]]
+    cases = reference_cases.reference()[registry.FORMULAS[kernel, Plane]]
     kinds, planes, points = [c.kernel for c in cases], [c.primitive for c in cases], np.array([c.point for c in cases])
     rows = np.array([jets.row(k, p) for k, p in zip(kinds, planes, strict=True)]).astype(np.float32).astype(float)
     points = points.astype(np.float32).astype(float)

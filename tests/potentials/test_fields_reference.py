@@ -1,4 +1,4 @@
-"""Every cell of the chart, on every target, against 50-digit quadrature of the definition."""
+"""Every formula of the registry, on every target, against 50-digit quadrature of the definition."""
 
 import dataclasses
 import itertools
@@ -9,6 +9,7 @@ import reference_cases
 import targets
 
 from fieldsim.potentials import kernels, registry
+from fieldsim.potentials.elements import pack
 from fieldsim.potentials.primitives.arc import Arc
 from fieldsim.potentials.primitives.circle import Circle
 from fieldsim.potentials.primitives.face import Face
@@ -27,14 +28,12 @@ def leaves(base):
     return [leaf for c in base.__subclasses__() for leaf in (leaves(c) or [c]) if c.__module__.startswith("fieldsim")]
 
 
-def name(cell):
-    return f"{cell.kernel.__name__}-{cell.primitive.__name__}"
+def name(formula):
+    return f"{formula.kernel.__name__}-{formula.primitive.__name__}"
 
 
 def packed(cases):
-    return registry.pack([c.primitive for c in cases], [c.kernel for c in cases], 1.0), np.array(
-        [c.point for c in cases]
-    )
+    return pack([c.primitive for c in cases], [c.kernel for c in cases], 1.0), np.array([c.point for c in cases])
 
 
 def errors(result, expected):
@@ -42,18 +41,18 @@ def errors(result, expected):
 
 
 @pytest.mark.parametrize("target", ["warp64", "numba"])
-@pytest.mark.parametrize("cell", REFERENCE, ids=name)
-def test_cell_meets_reference(cell, target):
-    cases = REFERENCE[cell]
+@pytest.mark.parametrize("formula", REFERENCE, ids=name)
+def test_formula_meets_reference(formula, target):
+    cases = REFERENCE[formula]
     expected = np.array([c.value for c in cases]), np.array([c.gradient for c in cases])
     value, gradient = errors(targets.evaluate(target, *packed(cases)), expected)
     assert (value <= [c.value_accepted for c in cases]).all()
     assert (gradient <= [c.gradient_accepted for c in cases]).all()
 
 
-@pytest.mark.parametrize("cell", REFERENCE, ids=name)
-def test_cell_in_single_precision(cell):
-    cases = REFERENCE[cell]
+@pytest.mark.parametrize("formula", REFERENCE, ids=name)
+def test_formula_in_single_precision(formula):
+    cases = REFERENCE[formula]
     elements, points = packed(cases)
     # What rounding the question to float32 costs is not the formulas' doing: both answer the rounded question.
     elements = dataclasses.replace(elements, rows=elements.rows.astype(np.float32).astype(float))
@@ -64,9 +63,9 @@ def test_cell_in_single_precision(cell):
     assert (gradient <= [c.gradient_accepted_single for c in cases]).all()
 
 
-def test_every_kernel_on_every_primitive_is_in_the_chart_and_in_the_reference():
+def test_every_kernel_on_every_primitive_is_registered_and_in_the_reference():
     charted = (Arc, Circle, Plane, Point, Segment, Triangle)
-    assert set(REFERENCE) == {registry.CELLS[key] for key in itertools.product(leaves(kernels.Kernel), charted)}
+    assert set(REFERENCE) == {registry.FORMULAS[key] for key in itertools.product(leaves(kernels.Kernel), charted)}
     # The others are made of these; their own tests hold them.
-    others = {cell.primitive for cell in registry.CELLS.values()} - set(charted)
+    others = {formula.primitive for formula in registry.FORMULAS.values()} - set(charted)
     assert others == {Face, ProfiledArc, ProfiledSegment, TaperedSegment}

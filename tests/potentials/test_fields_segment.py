@@ -9,7 +9,7 @@ import targets
 
 from fieldsim.errors import InputError
 from fieldsim.numerics.error_functions import erfcx
-from fieldsim.potentials import registry
+from fieldsim.potentials.elements import Elements, pack
 from fieldsim.potentials.formulas.point import EXPONENT_LIMIT
 from fieldsim.potentials.formulas.segment.inverse_powers import inverse_powers
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
@@ -66,7 +66,7 @@ def exact(kernel, segment, point):
 
 def worst_errors(kernel, segments, points, target="warp64"):
     """Largest errors of values and gradients, in units of what the reference's README accepts."""
-    value, gradient = targets.evaluate(target, registry.pack(segments, [kernel] * len(segments), 1.0), points)
+    value, gradient = targets.evaluate(target, pack(segments, [kernel] * len(segments), 1.0), points)
     worst_value = worst_gradient = 0.0
     for segment, point, v, g in zip(segments, points, value, gradient, strict=True):
         f, slope = exact(kernel, segment, point)
@@ -126,12 +126,10 @@ def test_needles_and_crumbs(kernel, length):
 def test_on_the_unsoftened_wire(target):
     segments = [Segment((0, 0, 0), (4, 0, 0))] * 4
     points = np.array([[1.0, 0, 0], [2.0, 0, 0], [0, 0, 0], [4.0, 0, 0]])
-    value, gradient = targets.evaluate(target, registry.pack(segments, [Newtonian()] * 4, 1.0), points)
+    value, gradient = targets.evaluate(target, pack(segments, [Newtonian()] * 4, 1.0), points)
     assert (value == math.inf).all()
     np.testing.assert_allclose(gradient, [[1 - 1 / 3, 0, 0], [0, 0, 0], [0, 0, 0], [0, 0, 0]], atol=1e-7)
-    value, gradient = targets.evaluate(
-        target, registry.pack([Point((1, 2, 3))], [Newtonian()], 1.0), np.array([[1.0, 2, 3]])
-    )
+    value, gradient = targets.evaluate(target, pack([Point((1, 2, 3))], [Newtonian()], 1.0), np.array([[1.0, 2, 3]]))
     assert value[0] == math.inf
     assert (gradient == 0).all()
 
@@ -139,7 +137,7 @@ def test_on_the_unsoftened_wire(target):
 @pytest.mark.parametrize("target", ["warp64", "numba", "warp32"])
 def test_softened_wire_is_finite_and_pulls_along_only(target):
     value, gradient = targets.evaluate(
-        target, registry.pack([Segment((0, 0, 0), (4, 0, 0))], [Newtonian(0.1)], 1.0), np.array([[1.0, 0, 0]])
+        target, pack([Segment((0, 0, 0), (4, 0, 0))], [Newtonian(0.1)], 1.0), np.array([[1.0, 0, 0]])
     )
     np.testing.assert_allclose(value, math.asinh(30.0) + math.asinh(10.0), rtol=3e-7)
     np.testing.assert_allclose(
@@ -152,10 +150,8 @@ BLOBBINESS = 256.0
 
 def folded(points, primitive, target):
     """A body of radius 1 and blobbiness -256: h = exp(256 (1 - r^2)), whose peak no float32 holds."""
-    elements = registry.pack([primitive], [Gaussian(16.0)], 1.0, BLOBBINESS)
-    elements = registry.Elements(
-        np.repeat(elements.rows, len(points), 0), np.repeat(elements.kinds, len(points), 0), None
-    )
+    elements = pack([primitive], [Gaussian(16.0)], 1.0, BLOBBINESS)
+    elements = Elements(np.repeat(elements.rows, len(points), 0), np.repeat(elements.kinds, len(points), 0), None)
     return targets.evaluate(target, elements, points)
 
 
@@ -194,7 +190,7 @@ def test_single_precision_survives_any_distance(kernel):
     rng = np.random.default_rng(7)
     points = rng.normal(size=(200, 3)) * 10 ** rng.uniform(-12, 12, size=(200, 1))
     segments = [Segment((-1, 0, 0), (1, 0.5, 0))] * 200
-    value, gradient = targets.evaluate("warp32", registry.pack(segments, [kernel] * 200, 1.0), points)
+    value, gradient = targets.evaluate("warp32", pack(segments, [kernel] * 200, 1.0), points)
     assert np.isfinite(value).all()
     assert np.isfinite(gradient).all()
 

@@ -140,13 +140,13 @@ def test_single_precision(kernel):
 
 @pytest.mark.parametrize("kernel", [Newtonian(), Newtonian(0.3), Gaussian(2.0), Cauchy(2.0), Metaball(2.5)], ids=str)
 def test_identities(kernel):
-    cell = type(kernel), Triangle
+    pair = type(kernel), Triangle
     a, b, c = CORNERS
     middle = 0.5 * (b + c)
     points = np.array([p for seed in range(30) for _, p in places(CORNERS, seed)])
 
     def jet(*corners):
-        return jets.evaluate("warp64", cell, points, [jets.row(kernel, Triangle(*corners))] * len(points))
+        return jets.evaluate("warp64", pair, points, [jets.row(kernel, Triangle(*corners))] * len(points))
 
     whole = jet(a, b, c)
     # Rounding of the corner in the middle moves the inner edges, which points close to them see.
@@ -163,10 +163,10 @@ def test_identities(kernel):
 
 @pytest.mark.parametrize("kernel", [Newtonian(0.3), Metaball(2.5)], ids=str)
 def test_numba_agrees_with_warp(kernel):
-    cell = type(kernel), Triangle
+    pair = type(kernel), Triangle
     points = np.array([p for seed in range(20) for _, p in places(CORNERS, seed)])
     rows = [jets.row(kernel, Triangle(*CORNERS))] * len(points)
-    warp, numba = (jets.evaluate(target, cell, points, rows) for target in ("warp64", "numba"))
+    warp, numba = (jets.evaluate(target, pair, points, rows) for target in ("warp64", "numba"))
     assert (differences(warp, numba) <= 1e-12 * norms(warp) + 1e-14).all()
 
 

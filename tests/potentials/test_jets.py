@@ -1,4 +1,4 @@
-"""Cells with Hessians: against quadrature, each other and identities, on every target."""
+"""Formulas with Hessians: against quadrature, each other and identities, on every target."""
 
 import itertools
 import math
@@ -24,12 +24,12 @@ from fieldsim.potentials.primitives.arc import Arc
 from fieldsim.potentials.primitives.circle import Circle
 from fieldsim.potentials.primitives.point import Point
 from fieldsim.potentials.primitives.segment import Segment
-from fieldsim.potentials.registry import CELLS
+from fieldsim.potentials.registry import FORMULAS
 
 COMPACT = (Metaball, SoftObject, Quartic)
 ALGEBRAIC = (Cauchy, Newtonian, InverseSquare)
 TARGETS = ["warp64", "numba"]
-JETS = [key for key in CELLS if key[1] in (Arc, Circle, Point, Segment)]
+JETS = [key for key in FORMULAS if key[1] in (Arc, Circle, Point, Segment)]
 
 
 def norms(jets):
@@ -131,7 +131,7 @@ def hard_places(primitive, support):
 
 
 def hard_elements(key):
-    """Elements of the cell in standard position, with narrow, fitting and wide kernels."""
+    """Elements of the formula in standard position, with narrow, fitting and wide kernels."""
     kernel_type, primitive_type = key
     x, z = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
     primitives = {

@@ -22,6 +22,7 @@ from fieldsim.potentials.primitives.circle import Circle
 from fieldsim.potentials.primitives.profile import Profile, ProfiledArc, ProfiledSegment, profiled
 from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.potentials.primitives.tapered import TaperedSegment
+from fieldsim.potentials.row import KERNEL_WIDTH, ROW_WIDTH, STRENGTH
 from fieldsim.world.body import Body
 from fieldsim.world.material import Material
 from fieldsim.world.rigid import Rigid
@@ -40,29 +41,29 @@ PROFILES = {
 }
 KERNELS = [Cauchy(1.3), Gaussian(0.9), Newtonian(0.1), InverseSquare(0.2), Metaball(2.5), SoftObject(3.0), Quartic(2.7)]
 CASES = [(k, p) for k in KERNELS for p in (SEGMENT, ARC)]
-CASES = [(k, p) for k, p in CASES if (type(k), type(profiled(p, profile.constant()))) in registry.CELLS]
+CASES = [(k, p) for k, p in CASES if (type(k), type(profiled(p, profile.constant()))) in registry.FORMULAS]
 
 
 def evaluate(target, kernel, primitive, points):
     """Jets (N, 10) of one primitive at points (N, 3); outputs start as NaN."""
-    row = np.zeros((1, registry.WIDTH))
+    row = np.zeros((1, ROW_WIDTH))
     primitive.pack(row[0])
-    row[0, [registry.STRENGTH, registry.KERNEL]] = 1.0, kernel.width
+    row[0, [STRENGTH, KERNEL_WIDTH]] = 1.0, kernel.width
     points = np.ascontiguousarray(points, dtype=float)
     out = np.full((len(points), 10), np.nan)
-    cell = type(kernel), type(primitive)
+    pair = type(kernel), type(primitive)
     if target == "numba":
-        _numba(cell)(points, row, out)
+        _numba(pair)(points, row, out)
         return out
     scalar = wp.float64 if target == "warp64" else wp.float32
     arrays = [wp.array(a, dtype=scalar, device="cpu") for a in (points, row, out)]
-    launch.launch(_warp(cell, scalar), len(points), arrays[:2], arrays[2:], device="cpu")
+    launch.launch(_warp(pair, scalar), len(points), arrays[:2], arrays[2:], device="cpu")
     return arrays[2].numpy().astype(float)
 
 
 @functools.cache
-def _numba(cell):
-    element = registry.CELLS[cell].jet.numba
+def _numba(pair):
+    element = registry.FORMULAS[pair].jet.numba
 
     @numba.njit(error_model="numpy")
     def each(points, rows, out):
@@ -75,8 +76,8 @@ def _numba(cell):
 
 
 @functools.cache
-def _warp(cell, scalar):
-    element = registry.CELLS[cell].jet.warp(scalar)
+def _warp(pair, scalar):
+    element = registry.FORMULAS[pair].jet.warp(scalar)
 
     @wp.kernel(module="unique", enable_backward=False)
     def each(
@@ -367,9 +368,9 @@ def test_tapered_segment_on_its_wire():
 
 
 def test_compiles_for_cuda(tmp_path):
-    for cell in ((Newtonian, TaperedSegment), (InverseSquare, ProfiledArc)):
+    for pair in ((Newtonian, TaperedSegment), (InverseSquare, ProfiledArc)):
         for scalar in (wp.float32, wp.float64):
-            path = tmp_path / f"{cell[1].__name__}_{scalar.__name__}"
+            path = tmp_path / f"{pair[1].__name__}_{scalar.__name__}"
             path.mkdir()
-            wp.compile_aot_module(_warp(cell, scalar).module, arch=90, use_ptx=True, module_dir=path)
+            wp.compile_aot_module(_warp(pair, scalar).module, arch=90, use_ptx=True, module_dir=path)
             assert list(path.glob("*.ptx"))

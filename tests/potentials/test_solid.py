@@ -10,7 +10,7 @@ from solid_oracle import jet
 
 from fieldsim import launch
 from fieldsim.errors import InputError
-from fieldsim.potentials import registry
+from fieldsim.potentials.elements import place
 from fieldsim.potentials.field import Field, gravity
 from fieldsim.potentials.formulas.solid import face_jet
 from fieldsim.potentials.kernels import Newtonian
@@ -129,9 +129,9 @@ def hard_points(name):
         a, b, c = mesh.corners[rng.integers(len(mesh.faces))]
         places = [a, a + rng.uniform() * (b - a), rng.dirichlet([1, 1, 1]) @ np.array([a, b, c])]
         places += [a - rng.uniform(1, 3) * (b - a), a + 1.7 * (b - a) - 0.6 * (c - a), a + 1e-5 * (b - a)]
-        for place in places:
+        for near in places:
             way = rng.normal(size=3)
-            points.append(place + distance * way / np.linalg.norm(way))
+            points.append(near + distance * way / np.linalg.norm(way))
     points = np.array(points)
     return points, np.array([jet(mesh.corners, p) for p in points])
 
@@ -246,7 +246,7 @@ def test_bodies_are_solids_too():
     elements = body.gravity_elements(0.0)
     rotation = np.array([[0.0, -1.0, 0.0], [0.6, 0.0, -0.8], [0.8, 0.0, 0.6]])
     shift = np.array([0.3, -5.0, 2.0])
-    rows = registry.place(elements.rows, rotation, shift)
+    rows = place(elements.rows, rotation, shift)
     moved = np.full((2, 10), np.nan)
     _numba()(points @ rotation.T + shift, rows, moved)
     np.testing.assert_allclose(moved[:, 0], solid(SLAB, 48.0).value(points), rtol=1e-12)

@@ -11,6 +11,7 @@ from fieldsim.filming.comparing import compare_depths
 from fieldsim.potentials import registry
 from fieldsim.potentials.bounds import safe_step
 from fieldsim.potentials.bounds.distance import DISTANCES
+from fieldsim.potentials.elements import pack
 from fieldsim.render.solvers.referee import Referee
 
 PRIMITIVES = {
@@ -25,17 +26,17 @@ WIDTHS = {fs.Gaussian: 3.0, fs.Cauchy: 3.0, fs.Newtonian: 0.2, fs.InverseSquare:
 
 
 def element(kernel, primitive, width=None):
-    """An element's bounded row and its cell."""
+    """An element's bounded row and its formula."""
     kernel = kernel(width or WIDTHS.get(kernel, 0.6))
-    packed = registry.pack([primitive], [kernel], [2.0], [1.5 if isinstance(kernel, fs.Gaussian) else 0.0])
+    packed = pack([primitive], [kernel], [2.0], [1.5 if isinstance(kernel, fs.Gaussian) else 0.0])
     rows, bend = safe_step.with_bounds(packed)
-    return rows, bend, registry.cell_of(kernel, primitive)
+    return rows, bend, registry.formula_of(kernel, primitive)
 
 
 @pytest.mark.parametrize("primitive", PRIMITIVES)
 @pytest.mark.parametrize("kernel", referee_scenes.KERNELS)
 def test_no_field_changes_more_than_its_bounds_allow(kernel, primitive):
-    rows, bend, cell = element(kernel, PRIMITIVES[primitive])
+    rows, bend, formula = element(kernel, PRIMITIVES[primitive])
     rng = np.random.default_rng(3)
     tight = 0
     for _ in range(60):
@@ -43,7 +44,7 @@ def test_no_field_changes_more_than_its_bounds_allow(kernel, primitive):
         d /= np.linalg.norm(d)
         away = DISTANCES[primitive](*x, rows, 0)
         delta = min(10 ** rng.uniform(-3, 0), 0.95 * away) if rng.random() < 0.5 else 10 ** rng.uniform(-4, 0)
-        here, there = (np.array(cell.jet(*p, rows, 0)[:4]) for p in (x, x + delta * d))
+        here, there = (np.array(formula.jet(*p, rows, 0)[:4]) for p in (x, x + delta * d))
         slope = here[1:] @ d
         # Rounding of the field and of the points.
         slack = 1e-10 * (1.0 + abs(here[0]) + bend * delta * 1e-3)
@@ -59,9 +60,9 @@ def test_no_field_changes_more_than_its_bounds_allow(kernel, primitive):
 
 @pytest.mark.parametrize("kernel", [fs.Metaball, fs.SoftObject, fs.Quartic])
 def test_slopes_and_curvatures_of_compact_kernels(kernel):
-    rows, bend, cell = element(kernel, fs.Point((0, 0, 0)), width=1.0)
+    rows, bend, formula = element(kernel, fs.Point((0, 0, 0)), width=1.0)
     r = np.linspace(1e-4, 1 - 1e-4, 4001)
-    h = np.array([cell.jet(float(x), 0.0, 0.0, rows, 0)[:5] for x in r])
+    h = np.array([formula.jet(float(x), 0.0, 0.0, rows, 0)[:5] for x in r])
     steepest = np.abs(h[:, 1] / (2 * np.sqrt(h[:, 0]))).max()
     # The greatest itself, to the digits of the constant.
     assert steepest <= rows[0, safe_step.SLOPE] * (1 + 1e-12) <= 1.001 * steepest
@@ -70,7 +71,7 @@ def test_slopes_and_curvatures_of_compact_kernels(kernel):
 
 
 def test_a_sphere_from_outside_and_from_within():
-    point = registry.pack([fs.Point((1.0, 2.0, 3.0))], [fs.Gaussian(4.0)], [1.0], [4.0])
+    point = pack([fs.Point((1.0, 2.0, 3.0))], [fs.Gaussian(4.0)], [1.0], [4.0])
     referee = Referee(point)
     # exp(4 - 16 r^2) = 1 at r = 1/2.
     depth, normal = referee.first_hits((-4.0, 2.0, 3.0), [(2.0, 0, 0), (0, 1.0, 0), (5.0, 0.4999, 0), (5.0, 0.51, 0)])
@@ -86,18 +87,18 @@ def test_a_sphere_from_outside_and_from_within():
 
 def test_roche_lobes_and_charges_of_both_signs():
     # 1/r on the axis of two masses, and a difference of charges, against the roots of the quadratics.
-    two = registry.pack([fs.Point((-1, 0, 0)), fs.Point((1, 0, 0))], [fs.Newtonian()] * 2, [0.5, 0.5])
+    two = pack([fs.Point((-1, 0, 0)), fs.Point((1, 0, 0))], [fs.Newtonian()] * 2, [0.5, 0.5])
     depth, _ = Referee(two).first_hits((5.0, 0, 0), [(-1, 0, 0)])
     x = 5.0 - depth[0]
     assert x == pytest.approx(0.5 + math.sqrt(1.25), abs=1e-11)
-    charges = registry.pack([fs.Point((-1, 0, 0)), fs.Point((1, 0, 0))], [fs.InverseSquare(0.1)] * 2, [1.0, -0.5])
+    charges = pack([fs.Point((-1, 0, 0)), fs.Point((1, 0, 0))], [fs.InverseSquare(0.1)] * 2, [1.0, -0.5])
     depth, _ = Referee(charges).first_hits((-9.0, 0, 0), [(1, 0, 0)])
     x = -9.0 + depth[0]
     assert 1 / ((x + 1) ** 2 + 0.01) - 0.5 / ((x - 1) ** 2 + 0.01) == pytest.approx(1, abs=1e-9)
 
 
 def test_a_slab_of_a_plane():
-    slab = registry.pack([fs.Plane((0, 0, 1), (0, 0, 1))], [fs.Quartic(1.0)], [1.0])
+    slab = pack([fs.Plane((0, 0, 1), (0, 0, 1))], [fs.Quartic(1.0)], [1.0])
     depth, normal = Referee(slab).first_hits((0, 0, 5), [(0.0, 0.0, -1), (3.0, 0, -1), (1, 0, 0.1)])
     # 2 pi int_z^1 r (1 - r^2)^2 dr = pi / 3 (1 - z^2)^3 = 1.
     z = math.sqrt(1 - (3 / math.pi) ** (1 / 3))
@@ -106,14 +107,14 @@ def test_a_slab_of_a_plane():
     assert normal[0] == pytest.approx((0, 0, 1), abs=1e-12)
 
 
-def test_cells_without_a_safe_step_are_refused():
-    plane = registry.pack([fs.Plane((0, 0, 0), (0, 0, 1))], [fs.InverseSquare()], [1.0])
+def test_formulas_without_a_safe_step_are_refused():
+    plane = pack([fs.Plane((0, 0, 0), (0, 0, 1))], [fs.InverseSquare()], [1.0])
     with pytest.raises(fs.InputError, match="unsoftened InverseSquare on Plane; give a softening"):
         Referee(plane)
 
 
 SCENES = referee_scenes.scenes()
-# One a compiled set of cells, or a view of its own; `python -m benchmarks referee` looks at all of them, and closer.
+# One a compiled set of formulas, or a view of its own; `python -m benchmarks referee` looks at all of them, and closer.
 VIEWED = (
     "cross, side, Gaussian",
     "cross, along an arm, Gaussian",

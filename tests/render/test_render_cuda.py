@@ -23,16 +23,16 @@ from fieldsim.world.world import World
 
 # Every primitive and every kernel; all pairs would take minutes.
 KINDS = tuple(
-    cell.kind
-    for cell in registry.CELLS.values()
-    if cell.primitive is Point or (cell.kernel is Gaussian) or cell.primitive is TaperedSegment
+    formula.kind
+    for formula in registry.FORMULAS.values()
+    if formula.primitive is Point or (formula.kernel is Gaussian) or formula.primitive is TaperedSegment
 )
 
 
 @pytest.mark.parametrize("kernel_of", [trace_kernel, shade_kernel, ray_kernel, subtle.shade_kernel])
 @pytest.mark.parametrize("in_scratch", [False, True])
 def test_tracing_and_shading_compile_for_cuda(kernel_of, in_scratch, tmp_path):
-    # In scratch only where the intervals live differs; few cells show that.
+    # In scratch only where the intervals live differs; few formulas show that.
     kinds = KINDS[:1] if in_scratch else KINDS
     wp.compile_aot_module(kernel_of(kinds, in_scratch).module, arch=90, use_ptx=True, module_dir=tmp_path)
     assert list(tmp_path.glob("*.ptx"))
@@ -47,7 +47,7 @@ def test_solvers_compile_for_cuda(solver, tmp_path):
 
 @pytest.mark.parametrize("kernel_of", [march_kernel, describe_kernel])
 def test_the_referee_compiles_for_cuda(kernel_of, tmp_path):
-    # One cell shows it; the cells themselves compile above, and in float64 where fields are tested.
+    # One formula shows it; the formulas themselves compile above, and in float64 where fields are tested.
     wp.compile_aot_module(kernel_of(KINDS[:1]).module, arch=90, use_ptx=True, module_dir=tmp_path)
     assert list(tmp_path.glob("*.ptx"))
 

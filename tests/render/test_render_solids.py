@@ -398,7 +398,7 @@ def test_triangles_are_their_edges_as_lines():
 
 
 def test_every_primitive_can_be_drawn_hard():
-    drawn = {skeleton._shape_of(cell.primitive) for cell in registry.CELLS.values()}
+    drawn = {skeleton._shape_of(formula.primitive) for formula in registry.FORMULAS.values()}
     assert drawn == {"Point", "Segment", "Arc", "Triangle", "Plane"}
 
 

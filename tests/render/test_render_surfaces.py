@@ -5,7 +5,7 @@ import pytest
 
 import fieldsim as fs
 from fieldsim.potentials import registry
-from fieldsim.potentials.registry import CELLS
+from fieldsim.potentials.registry import FORMULAS
 from fieldsim.render.scene import bounds
 
 RADIUS = 0.22
@@ -119,8 +119,8 @@ def test_every_kernel_on_points_that_melt_together(kernel):
 
 
 def test_the_chart_is_covered():
-    # Whoever adds a primitive or a kernel to the chart gives it a volume, a width and a test here.
-    for kernel, primitive in CELLS:
+    # Whoever adds a primitive or a kernel to the registry gives it a volume, a width and a test here.
+    for kernel, primitive in FORMULAS:
         assert primitive.__name__ in bounds._SHAPES or primitive is fs.Face
         assert kernel in KERNELS
     assert {type(PRIMITIVES[name]).__name__ for _, name in PAIRS} | {"Point", "Arc"} == set(bounds._SHAPES)
@@ -213,7 +213,7 @@ LIMITED = [PRIMITIVES["segment"], fs.Circle((0, 0, 0), (0, 0, 1), 0.7), PRIMITIV
 def field_on(look, primitive, place):
     """The surface's field of one primitive at a point."""
     elements = fs.Body(primitive, surface=look).surface_elements(0.0)
-    return registry.cell_of(look.surface_kernel, primitive).jet(*map(float, place), elements.rows, 0)[0]
+    return registry.formula_of(look.surface_kernel, primitive).jet(*map(float, place), elements.rows, 0)[0]
 
 
 @pytest.mark.parametrize("kernel", KERNELS)
@@ -247,7 +247,7 @@ def test_where_the_whole_line_or_plane_is_infinite_a_primitive_is_measured_by_it
 def test_compact_kernels_fall_at_the_radius_as_the_gaussian_does(kernel, blobbiness):
     look = material(kernel, 0.3, blobbiness)
     elements = fs.Body(fs.Point((0, 0, 0)), surface=look).surface_elements(0.0)
-    f, slope = registry.cell_of(look.surface_kernel, fs.Point((0, 0, 0))).jet(0.3, 0.0, 0.0, elements.rows, 0)[:2]
+    f, slope = registry.formula_of(look.surface_kernel, fs.Point((0, 0, 0))).jet(0.3, 0.0, 0.0, elements.rows, 0)[:2]
     assert f == pytest.approx(1.0, rel=1e-9)
     assert slope == pytest.approx(2.0 * blobbiness / 0.3, rel=1e-9)
 

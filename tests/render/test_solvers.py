@@ -11,7 +11,7 @@ import warp as wp
 import fieldsim as fs
 from fieldsim import launch
 from fieldsim.filming.comparing import compare, compare_depths
-from fieldsim.potentials import registry
+from fieldsim.potentials.elements import pack
 from fieldsim.render.scene.intervals import insert
 from fieldsim.render.scene.tables import Scene
 from fieldsim.render.scene.volumes import pierce_sphere
@@ -82,7 +82,7 @@ def test_laguerre_solves_polynomial_kernels_exactly():
     rng = np.random.default_rng(4)
     points = [fs.Point(tuple(p)) for p in rng.uniform(-0.7, 0.7, (40, 3))]
     kernels = [kernel(rng.uniform(0.3, 0.6)) for kernel in (fs.SoftObject, fs.Quartic) for _ in range(20)]
-    elements = registry.pack(points, kernels, rng.uniform(1.0, 2.0, 40))
+    elements = pack(points, kernels, rng.uniform(1.0, 2.0, 40))
     directions = np.array((-1.2, 3.4, -1.6)) + rng.uniform(-0.9, 0.9, (1500, 3))
     directions = (directions / np.linalg.norm(directions, axis=1, keepdims=True)).astype(np.float32)
     expected, _ = Referee(elements).first_hits(CAMERA.eye, directions)

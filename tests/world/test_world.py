@@ -7,6 +7,7 @@ import pytest
 
 from fieldsim.errors import InputError
 from fieldsim.potentials import registry
+from fieldsim.potentials.elements import Elements, pack, place
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
 from fieldsim.potentials.primitives.arc import Arc
 from fieldsim.potentials.primitives.circle import Circle
@@ -141,10 +142,10 @@ PIECES = [
 def test_every_piece_is_carried_as_its_rows_are_placed(piece):
     rig, time = arm(), 0.7
     pose = rig.pose("fore", time)
-    packed = registry.pack([piece.at(time)], [Newtonian()], [1.0])
-    rows = registry.place(packed.rows, pose.matrix, np.array(pose.position))
-    carried = registry.pack([rig.carry("fore", piece).at(time)], [Newtonian()], [1.0])
-    wanted = field_at(registry.Elements(rows, packed.kinds, packed.order), (0.3, -2.0, 1.0))
+    packed = pack([piece.at(time)], [Newtonian()], [1.0])
+    rows = place(packed.rows, pose.matrix, np.array(pose.position))
+    carried = pack([rig.carry("fore", piece).at(time)], [Newtonian()], [1.0])
+    wanted = field_at(Elements(rows, packed.kinds, packed.order), (0.3, -2.0, 1.0))
     np.testing.assert_allclose(field_at(carried, (0.3, -2.0, 1.0)), wanted, rtol=1e-13, atol=1e-14)
 
 
@@ -252,7 +253,7 @@ def test_placed_surface_equals_the_body_frame_field():
     np.testing.assert_allclose(outside[1:], pose.matrix @ inside[1:], rtol=1e-12)
 
 
-def test_snapshot_groups_cells_and_keeps_owners():
+def test_snapshot_groups_formulas_and_keeps_owners():
     world = World()
     world.add_body(Body([Segment(ORIGIN, (1, 0, 0)), Point(ORIGIN)], surface=Material(color="red")))
     world.add_body(Body(Point((5, 0, 0)), surface=Material(color="blue")))

@@ -13,11 +13,12 @@ import warp as wp
 
 from fieldsim.dynamics.contact.particle_state import Ball
 from fieldsim.potentials import registry
+from fieldsim.potentials.row import ROW_WIDTH
 from fieldsim.sources.stages import Stages, field_at
 
 # Columns of a moving surface element's row beyond REACH.
-TURN = wp.constant(registry.WIDTH + 1)
-SHIFT = wp.constant(registry.WIDTH + 4)
+TURN = wp.constant(ROW_WIDTH + 1)
+SHIFT = wp.constant(ROW_WIDTH + 4)
 
 
 def twists(rotations, positions):

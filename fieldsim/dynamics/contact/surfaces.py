@@ -14,7 +14,7 @@ import warp as wp
 
 from fieldsim.dynamics.contact.friction import twists
 from fieldsim.errors import FieldsimWarning, InputError
-from fieldsim.portable import Indices, Portable, Table, portable, real
+from fieldsim.portable import Indices, Portable, Table, hole, portable, real
 from fieldsim.potentials import registry
 from fieldsim.potentials.bounds.distance import DISTANCES
 from fieldsim.potentials.bounds.reach import reach, scale
@@ -23,9 +23,10 @@ from fieldsim.potentials.primitives.arc import Arc
 from fieldsim.potentials.primitives.circle import Circle
 from fieldsim.potentials.primitives.plane import Plane
 from fieldsim.potentials.primitives.profile import ProfiledArc
+from fieldsim.potentials.row import ANGLE, DIRECTIONS, POSITIONS, ROW_WIDTH, SIZE
 from fieldsim.sources.stages import Sources, Stages, field_and_gradient, tables, upload
 
-REACH = registry.WIDTH
+REACH = ROW_WIDTH
 
 
 def with_reach(rows, kinds, total: int):
@@ -33,7 +34,7 @@ def with_reach(rows, kinds, total: int):
 
     The reach is where an element's field cannot be more than 1 / total.
     """
-    refuse_compact(cell.kernel for cell in registry.CELLS.values() if (kinds == cell.kind).any())
+    refuse_compact(formula.kernel for formula in registry.FORMULAS.values() if (kinds == formula.kind).any())
     return np.concatenate([rows, reach(rows, kinds, 1.0 / max(total, 1))[..., None]], axis=-1)
 
 
@@ -49,7 +50,7 @@ def refuse_compact(kernels):
 
 def _of_primitives(kinds, *primitives):
     """Which elements are of the given primitives, (elements,)."""
-    wanted = [cell.kind for cell in registry.CELLS.values() if cell.primitive in primitives]
+    wanted = [formula.kind for formula in registry.FORMULAS.values() if formula.primitive in primitives]
     return np.isin(kinds, wanted)
 
 
@@ -59,13 +60,13 @@ def sweeps(rows, kinds):
     rows: (stages, elements, WIDTH + 1). A bound for every point of the primitive, plus the growth of its reach.
     """
     step = np.diff(rows, axis=0)
-    points = np.linalg.norm(step[..., registry.POSITIONS].reshape(*step.shape[:2], 3, 3), axis=-1).max(axis=-1)
-    turns = np.linalg.norm(step[..., registry.DIRECTIONS].reshape(*step.shape[:2], 2, 3), axis=-1)
+    points = np.linalg.norm(step[..., POSITIONS].reshape(*step.shape[:2], 3, 3), axis=-1).max(axis=-1)
+    turns = np.linalg.norm(step[..., DIRECTIONS].reshape(*step.shape[:2], 2, 3), axis=-1)
     if (turns[:, _of_primitives(kinds, Plane), 1] > 1e-12).any():
         raise InputError("contact with a Plane that turns is not known; move it without turning, or use a rectangle")
     # A point of an arc is centre + size (cos u + sin (n x u)): |change of n x u| <= |change of n| + |change of u|.
-    bend = rows[1:, :, registry.SIZE] * (2.0 * turns[..., 0] + turns[..., 1] + np.abs(step[..., registry.ANGLE]))
-    bend += np.abs(step[..., registry.SIZE])
+    bend = rows[1:, :, SIZE] * (2.0 * turns[..., 0] + turns[..., 1] + np.abs(step[..., ANGLE]))
+    bend += np.abs(step[..., SIZE])
     bend = np.where(_of_primitives(kinds, Arc, Circle, ProfiledArc), bend, 0.0)
     moved = points + bend + np.maximum(step[..., REACH], 0.0)
     return np.append(moved.max(axis=1, initial=0.0), 0.0)
@@ -117,17 +118,20 @@ class Surfaces:
             )
 
 
+distance = hole("x, y, z, rows, kinds, i")
+
+
 @portable
 def _least(x: real, y: real, z: real, rows: Table, kinds: Indices, first: int, count: int):
     least = real(math.inf)
     for i in range(first, first + count):
-        least = min(least, distance(x, y, z, rows, kinds, i) - rows[i, REACH])  # noqa: F821 - bound by `margin_of`
+        least = min(least, distance(x, y, z, rows, kinds, i) - rows[i, REACH])
     return least
 
 
 def margin_of(kinds) -> Portable:
     """Portable (x, y, z, rows, kinds, first, count) -> least of distance - reach over the rows."""
-    primitives = {cell.kind: cell.primitive for cell in registry.CELLS.values()}
+    primitives = {formula.kind: formula.primitive for formula in registry.FORMULAS.values()}
     # Without elements nothing is asked for, but the loop over them wants a function to compile.
     distances = {kind: DISTANCES[primitives[kind]] for kind in kinds or (min(primitives),)}
     return _least.bind(distance=registry.by_kind(distances))

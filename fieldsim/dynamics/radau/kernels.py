@@ -111,7 +111,7 @@ def fitted(plan: wp.float64, left: wp.float64):
 
 @functools.cache
 def radau_kernel(kinds_used):
-    """Kernel (flights; leg, gravity, window): adaptive steps in the given cells of gravity.
+    """Kernel (flights; leg, gravity, window): adaptive steps for gravity of the given kinds.
 
     It leaves in `running` whether a particle still has to go on.
     """

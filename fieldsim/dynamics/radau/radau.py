@@ -15,8 +15,8 @@ from fieldsim.dynamics.radau.windows import Windows
 from fieldsim.dynamics.state import renew
 from fieldsim.errors import InputError
 from fieldsim.launch import launch
-from fieldsim.potentials import registry
 from fieldsim.potentials.kernels import Gaussian, Metaball, Quartic, SoftObject
+from fieldsim.potentials.row import POSITIONS, SIZE
 from fieldsim.sources.stages import Sources, tables
 
 # A launch spans at most so many evaluations of an element, and keeps so many moving rows.
@@ -97,9 +97,7 @@ class RadauRun:
         reaches = [_REACHES[type(b.gravity)](b.gravity.width) for b in world.bodies if type(b.gravity) in _REACHES]
         leg = Leg()
         leg.eta, leg.begin = radau.eta, time
-        leg.extent = float(
-            np.abs(rows[:, registry.POSITIONS]).max(initial=0.0) + rows[:, registry.SIZE].max(initial=0.0)
-        )
+        leg.extent = float(np.abs(rows[:, POSITIONS]).max(initial=0.0) + rows[:, SIZE].max(initial=0.0))
         leg.stride = 0.5 * min(reaches, default=math.inf)
         return leg
 

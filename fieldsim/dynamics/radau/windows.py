@@ -12,7 +12,7 @@ import math
 import numpy as np
 import warp as wp
 
-from fieldsim.potentials import registry
+from fieldsim.potentials.row import DIRECTIONS, POSITIONS, ROW_WIDTH
 from fieldsim.sources.stages import Sources, Stages
 from fieldsim.world.motion import Keyframes
 
@@ -101,7 +101,7 @@ class Windows:
         self._keys = keyframes(world)
         self._length, self._longest = FIRST_LENGTH, NO_LENGTH
         self.start, self.end = start, start if sources.moving else math.inf
-        self.rows = np.zeros((0, registry.WIDTH))
+        self.rows = np.zeros((0, ROW_WIDTH))
         self.window = Window()
         self.window.end = self.end
         self._fill(np.zeros((0, DEGREE + 1)), np.zeros((0, 2), dtype=int))
@@ -148,7 +148,7 @@ class Windows:
 def _sizes(samples):
     """What the numbers in rows are to be compared with, (elements, WIDTH): positions with the largest coordinate."""
     sizes = np.abs(samples).max(axis=0)
-    for group in (registry.POSITIONS, registry.DIRECTIONS):
+    for group in (POSITIONS, DIRECTIONS):
         sizes[:, group] = sizes[:, group].max(axis=1, keepdims=True)
     return sizes
 

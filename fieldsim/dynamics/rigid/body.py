@@ -13,7 +13,7 @@ from fieldsim.dynamics.rigid.inertia import NOTHING, mass_properties, once_for_e
 from fieldsim.dynamics.rigid.mass_points import enough, mass_points
 from fieldsim.errors import InputError
 from fieldsim.numerics import quaternion
-from fieldsim.potentials import registry
+from fieldsim.potentials.elements import Elements, concatenate, place
 from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Newtonian
 from fieldsim.world.motion import Pose
 
@@ -79,11 +79,11 @@ class FreeBody:
         """Whether other bodies feel it."""
         return self.pull != 0.0
 
-    def gravity_elements(self) -> registry.Elements:
+    def gravity_elements(self) -> Elements:
         """What pulls, in the principal frame."""
-        return self._placed(self.body.gravity_elements(0.0)) if self.pulls else registry.concatenate([])
+        return self._placed(self.body.gravity_elements(0.0)) if self.pulls else concatenate([])
 
-    def surface_elements(self) -> registry.Elements:
+    def surface_elements(self) -> Elements:
         """What collides, in the principal frame, with its reach."""
         own = self.body.surface_elements(0.0)
         placed = self._placed(own)
@@ -91,7 +91,7 @@ class FreeBody:
 
     def _placed(self, elements):
         turn = self.frame.matrix.T
-        return dataclasses.replace(elements, rows=registry.place(elements.rows, turn, -turn @ self.frame.position))
+        return dataclasses.replace(elements, rows=place(elements.rows, turn, -turn @ self.frame.position))
 
     def mass_points(self) -> tuple[np.ndarray, np.ndarray]:
         """Mass points (n, 3) in the principal frame and their masses (n,)."""

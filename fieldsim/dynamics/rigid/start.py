@@ -11,7 +11,7 @@ from fieldsim.dynamics.refusals import body_name
 from fieldsim.dynamics.rigid.body import FreeBody
 from fieldsim.dynamics.rigid.mass_points import mass_points
 from fieldsim.errors import InputError
-from fieldsim.potentials import registry
+from fieldsim.potentials.elements import Elements
 from fieldsim.potentials.primitives.plane import Plane
 from fieldsim.sources.stages import field_of_elements
 from fieldsim.world.motion import Pose
@@ -55,7 +55,7 @@ class Extent:
     """
 
     name: str
-    elements: registry.Elements
+    elements: Elements
     pose: Pose
     free: FreeBody | None
     skeleton: tuple

@@ -8,7 +8,8 @@ from fieldsim.dynamics.rigid.contact import Shells
 from fieldsim.dynamics.rigid.gravity import Masses
 from fieldsim.dynamics.rigid.kernel import Rigids
 from fieldsim.numerics import quaternion
-from fieldsim.potentials import registry
+from fieldsim.potentials.elements import concatenate
+from fieldsim.potentials.row import ROW_WIDTH
 from fieldsim.sources.stages import Sources, Stages, tables, upload
 
 HOST = "cpu"
@@ -48,7 +49,7 @@ def masses_of(starts) -> Masses:
     masses.inverse = host_array([1.0 / start.moments for start in starts], wp.vec3d)
     masses.points, masses.first_point = host_array(np.concatenate(points), wp.vec3d), _firsts(points)
     masses.weights = host_array(np.concatenate(weights), wp.float64)
-    _pack_rows(masses, [start.gravity_elements() for start in starts], registry.WIDTH)
+    _pack_rows(masses, [start.gravity_elements() for start in starts], ROW_WIDTH)
     return masses
 
 
@@ -63,7 +64,7 @@ def shells_of(starts, stiffnesses) -> Shells:
     shells.blocks = host_array(np.concatenate([np.zeros((0, 4)), *(shell.blocks for shell in found)]), wp.vec4d)
     shells.block_end = wp.array(np.concatenate([[], *ends]), dtype=wp.int32, device=HOST)
     shells.first_block = _firsts([start.shell.ends if start.shell else () for start in starts])
-    _pack_rows(shells, [start.surface_elements() for start in starts], registry.WIDTH + 1)
+    _pack_rows(shells, [start.surface_elements() for start in starts], ROW_WIDTH + 1)
     reach = [np.linalg.norm(start.shell.points, axis=1).max() if start.shell else 0.0 for start in starts]
     shells.reach = host_array(1.01 * np.array(reach), wp.float64)
     return shells
@@ -98,5 +99,5 @@ def _pack_rows(table, parts, width):
     """Elements of all bodies into a table's rows, kinds and first_row."""
     rows = np.concatenate([np.zeros((0, width)), *(part.rows for part in parts if len(part))])
     table.rows = wp.array(rows, dtype=wp.float64, device=HOST)
-    table.kinds = wp.array(registry.concatenate(parts).kinds, dtype=wp.int32, device=HOST)
+    table.kinds = wp.array(concatenate(parts).kinds, dtype=wp.int32, device=HOST)
     table.first_row = _firsts(parts)

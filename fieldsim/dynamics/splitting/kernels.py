@@ -169,7 +169,7 @@ def advance_of(kinds_used, gradients: bool):
 
 @functools.cache
 def splitting_kernel(kinds_used, gradients: bool, together: bool):
-    """Kernel (steps, method, gravity, state): a splitting in the given cells of gravity.
+    """Kernel (steps, method, gravity, state): a splitting for gravity of the given kinds.
 
     gradients: whether the method has any. together: for a launch of groups of LANES particles, else of particles.
     The last acceleration is carried along, also from launch to launch, so a run cut into launches anywhere gives the

@@ -34,7 +34,7 @@ class Pull:
 @functools.cache
 def _point_kernel(kernel):
     """Warp function (r^2, width, fold) -> (h, h' / r, ...) of a kernel class."""
-    return registry.CELLS[kernel, Point].jet.bindings["kernel"].warp(wp.float64)
+    return registry.FORMULAS[kernel, Point].jet.bindings["kernel"].warp(wp.float64)
 
 
 @functools.cache

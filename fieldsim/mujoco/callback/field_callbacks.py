@@ -16,7 +16,7 @@ _PORTABLE = {"field": registry.field_sum, "jet": registry.jet_sum, "margin": mar
 
 
 def sum_of(name: str, kinds_used, native: bool):
-    """The sum of the given cells: an address, or a portable function."""
+    """The sum of the given formulas: an address, or a portable function."""
     if native:
         return _compiled(name, kinds_used).address
     return _tuple_of(_PORTABLE[name](kinds_used), LENGTHS[name], lambda function: function)

@@ -11,7 +11,7 @@ from fieldsim.dynamics.refusals import refuse
 from fieldsim.errors import InputError
 from fieldsim.mujoco.callback.field_callbacks import LENGTHS, sum_of
 from fieldsim.numerics import quaternion
-from fieldsim.potentials import registry
+from fieldsim.potentials.elements import concatenate, place
 from fieldsim.potentials.field import Field
 from fieldsim.world.body import Body
 from fieldsim.world.motion import Spin, pose_at
@@ -105,7 +105,7 @@ class _Part:
     def in_world(self, time):
         """Its elements in the world's frame, also of one that spins."""
         local, pose = self.elements(time), pose_at(self.motion, time)
-        return dataclasses.replace(local, rows=registry.place(local.rows, pose.matrix, np.array(pose.position)))
+        return dataclasses.replace(local, rows=place(local.rows, pose.matrix, np.array(pose.position)))
 
     def twist(self, time):
         """Angular velocity, and velocity of what is at the world's origin, (6,), by a central difference in time."""
@@ -133,9 +133,9 @@ class Table:
         still = [part for part in parts if not (part.spins or part.timed)]
         spinning = [part for part in parts if part.spins]
         self._timed = [part for part in parts if part.timed]
-        chunks = [registry.concatenate([part.placed(time) for part in still]).grouped()[0]] if still else []
+        chunks = [concatenate([part.placed(time) for part in still]).grouped()[0]] if still else []
         chunks += [part.placed(time) for part in (*spinning, *self._timed)]
-        whole = registry.concatenate(chunks)
+        whole = concatenate(chunks)
         self._total = len(whole)
         sums = [sum_of(name, whole.kinds_used, native) if name in needs and self._total else 0 for name in LENGTHS]
         self.arrays = Source(
@@ -154,7 +154,7 @@ class Table:
 
     def elements(self, time: float):
         """All of them in the world's frame at `time`."""
-        return registry.concatenate([part.in_world(time) for part in self._parts])
+        return concatenate([part.in_world(time) for part in self._parts])
 
     def _bounded(self, rows, kinds):
         """Rows with their reach where contact needs it."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from fieldsim.errors import InputError
 from fieldsim.mujoco.contact.geoms import Contact, body_balls, longest_step
-from fieldsim.potentials import registry
+from fieldsim.potentials.elements import place
 from fieldsim.potentials.field import Field
 from fieldsim.world.motion import pose_at
 
@@ -63,7 +63,7 @@ def _gravity(world):
 
 
 def _placed(elements, pose):
-    return dataclasses.replace(elements, rows=registry.place(elements.rows, pose.matrix, np.array(pose.position)))
+    return dataclasses.replace(elements, rows=place(elements.rows, pose.matrix, np.array(pose.position)))
 
 
 def _surface_points(world):

@@ -1,4 +1,4 @@
-"""Distances from a point to the primitives, as portable functions (x, y, z, rows, i) of a packed row (see `cells`)."""
+"""Distances from a point to the primitives, as portable functions (x, y, z, rows, i) of a row (`potentials.row`)."""
 
 import math
 

@@ -28,6 +28,7 @@ from fieldsim.potentials.primitives.profile import ProfiledArc, ProfiledSegment
 from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.potentials.primitives.tapered import TaperedSegment
 from fieldsim.potentials.primitives.triangle import Triangle
+from fieldsim.potentials.row import ANGLE, FOLD, KERNEL_WIDTH, OWN, SIZE, STRENGTH
 
 # Where a profile is looked at, and how much it may exceed what is seen there: by Markov's inequality a polynomial of
 # degree 12 changes by less than 2 * 12^2 of its maximum over half a step.
@@ -39,15 +40,15 @@ _SHARE = 0.4
 
 
 def _length(rows):
-    return rows[..., registry.SIZE]
+    return rows[..., SIZE]
 
 
 def _arc_length(rows):
-    return rows[..., registry.SIZE] * rows[..., registry.ANGLE]
+    return rows[..., SIZE] * rows[..., ANGLE]
 
 
 def _tapered_length(rows):
-    return rows[..., registry.SIZE] * 0.5 * (rows[..., 20] + rows[..., 21])
+    return rows[..., SIZE] * 0.5 * (rows[..., 20] + rows[..., 21])
 
 
 # Length or area of a primitive, its dimension, and whether it is straight: a piece of a whole line or plane.
@@ -56,7 +57,7 @@ _MEASURES = {
     Segment: (_length, 1, True),
     Arc: (_arc_length, 1, False),
     Circle: (_arc_length, 1, False),
-    Triangle: (lambda rows: rows[..., registry.ANGLE], 2, True),
+    Triangle: (lambda rows: rows[..., ANGLE], 2, True),
     Plane: (lambda rows: np.full(rows.shape[:-1], math.inf), 2, True),
     ProfiledSegment: (_length, 1, True),
     ProfiledArc: (_arc_length, 1, False),
@@ -123,77 +124,77 @@ def reach(rows, kinds, level):
     """
     result = np.zeros(rows.shape[:-1])
     level = np.broadcast_to(level, result.shape)
-    for cell, which in registry.parts_of(kinds):
-        result[..., which] = _reach(cell, rows[..., which, :], level[..., which])
+    for formula, which in registry.parts_of(kinds):
+        result[..., which] = _reach(formula, rows[..., which, :], level[..., which])
     return result
 
 
 def scale(rows, kinds):
     """Lengths (N,) over which elements' fields vary: a kernel's width, or where all of 1/r may come to F = 1."""
-    width = rows[..., registry.KERNEL]
+    width = rows[..., KERNEL_WIDTH]
     result = np.empty_like(width)
     parts = registry.parts_of(kinds)
-    endless = sum(len(width[which]) for cell, which in parts if cell.kernel in (Newtonian, InverseSquare))
-    for cell, which in parts:
-        if cell.kernel in (Gaussian, Cauchy):
+    endless = sum(len(width[which]) for formula, which in parts if formula.kernel in (Newtonian, InverseSquare))
+    for formula, which in parts:
+        if formula.kernel in (Gaussian, Cauchy):
             result[which] = 1.0 / width[which]
-        elif cell.kernel in COMPACT:
+        elif formula.kernel in COMPACT:
             result[which] = _SHARE * width[which]
         else:
-            result[which] = np.maximum(_reach(cell, rows[which], 1.0 / endless), width[which])
+            result[which] = np.maximum(_reach(formula, rows[which], 1.0 / endless), width[which])
     return np.where(result > 0.0, result, math.inf)
 
 
-def _reach(cell, rows, level):
-    if cell.primitive not in _MEASURES:
+def _reach(formula, rows, level):
+    if formula.primitive not in _MEASURES:
         raise InputError(
-            f"a surface of {cell.kernel.__name__} on {cell.primitive.__name__} can neither be drawn nor touched; "
+            f"a surface of {formula.kernel.__name__} on {formula.primitive.__name__} can neither be drawn nor touched; "
             "leave it out, or give the body another skeleton"
         )
-    width = rows[..., registry.KERNEL]
-    _, dimension, straight = _MEASURES[cell.primitive]
-    strength = np.abs(rows[..., registry.STRENGTH]) * greatest_factor(cell, rows)
+    width = rows[..., KERNEL_WIDTH]
+    _, dimension, straight = _MEASURES[formula.primitive]
+    strength = np.abs(rows[..., STRENGTH]) * greatest_factor(formula, rows)
     # A share of 1 in 1e9 for rounding.
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
-        ratio = level / (1.0 + 1e-9) / strength * np.exp(-rows[..., registry.FOLD])
-        bounds = [_POINT[cell.kernel](ratio / within(cell, rows), width)]
-        if straight and (cell.kernel, dimension) in _WHOLE:
-            factor, inverse = _WHOLE[cell.kernel, dimension]
+        ratio = level / (1.0 + 1e-9) / strength * np.exp(-rows[..., FOLD])
+        bounds = [_POINT[formula.kernel](ratio / within(formula, rows), width)]
+        if straight and (formula.kernel, dimension) in _WHOLE:
+            factor, inverse = _WHOLE[formula.kernel, dimension]
             bounds.append(inverse(ratio / factor(width), width))
     bounds = [np.nan_to_num(bound, nan=np.inf, posinf=np.inf) for bound in bounds]
     return np.where(strength > 0.0, np.minimum.reduce(bounds), 0.0)
 
 
-def within(cell, rows):
+def within(formula, rows):
     """No less than the measure of the part of a primitive that gives to any one point, (...,)."""
-    whole = measure(cell.primitive, rows)
-    if cell.kernel not in COMPACT:
+    whole = measure(formula.primitive, rows)
+    if formula.kernel not in COMPACT:
         return whole
-    width = rows[..., registry.KERNEL]
-    _, dimension, straight = _MEASURES[cell.primitive]
+    width = rows[..., KERNEL_WIDTH]
+    _, dimension, straight = _MEASURES[formula.primitive]
     return np.minimum(whole, (1.0, (2.0 if straight else 2.0 * math.pi) * width, math.pi * width**2)[dimension])
 
 
-def greatest_factor(cell, rows):
+def greatest_factor(formula, rows):
     """No less than what a profile multiplies the field with, in size."""
-    if cell.primitive not in (ProfiledSegment, ProfiledArc):
+    if formula.primitive not in (ProfiledSegment, ProfiledArc):
         return 1.0
     return _BETWEEN * np.abs(_profiles(rows)).max(axis=-1)
 
 
-def profile_bend(cell, rows):
+def profile_bend(formula, rows):
     """How sharply profiles bend log F, in 1 / length^2: of the order of their greatest slope, relative and squared."""
-    if cell.primitive not in (ProfiledSegment, ProfiledArc):
+    if formula.primitive not in (ProfiledSegment, ProfiledArc):
         return 0.0
     values = _profiles(rows)
     slope = np.abs(np.gradient(values, _PROBES, axis=-1)).max(axis=-1) / np.abs(values).max(axis=-1)
     # u changes by 2 / length along a hat, and on an arc faster nearer to its axis.
-    return (4.0 * slope / measure(cell.primitive, rows)) ** 2
+    return (4.0 * slope / measure(formula.primitive, rows)) ** 2
 
 
 def _profiles(rows):
     """The polynomials of s at the probes, (..., probes)."""
     values = 0.0
-    for k in reversed(range(22, registry.OWN.stop)):
+    for k in reversed(range(22, OWN.stop)):
         values = values * _PROBES + rows[..., k, None]
     return values

@@ -26,6 +26,7 @@ from fieldsim.errors import InputError
 from fieldsim.portable import Table, portable, real
 from fieldsim.potentials import registry
 from fieldsim.potentials.bounds.reach import measure as measure_of
+from fieldsim.potentials.elements import Elements
 from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Metaball, Newtonian, Quartic, SoftObject
 from fieldsim.potentials.primitives.arc import Arc
 from fieldsim.potentials.primitives.circle import Circle
@@ -33,11 +34,12 @@ from fieldsim.potentials.primitives.plane import Plane
 from fieldsim.potentials.primitives.point import Point
 from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.potentials.primitives.triangle import Triangle
+from fieldsim.potentials.row import FOLD, KERNEL_WIDTH, ROW_WIDTH, STRENGTH
 
 # Columns after an element's own: its family; e and m of a power; its greatest field, per h; c - delta of an arc under
 # a Gaussian; the greatest slope of sqrt(F) of a compact kernel, of F of a plane.
-FAMILY, SOFTENING, POWER, AMOUNT, CORE, SLOPE = range(registry.WIDTH, registry.WIDTH + 6)
-WIDTH = registry.WIDTH + 6
+FAMILY, SOFTENING, POWER, AMOUNT, CORE, SLOPE = range(ROW_WIDTH, ROW_WIDTH + 6)
+WIDTH = ROW_WIDTH + 6
 
 POWERS, GAUSSIANS, COMPACT, SLOPED = 0.0, 1.0, 2.0, 3.0
 TAIL_SHARE = 1e-13  # of the level
@@ -54,14 +56,14 @@ _SHARPEST = {Quartic: 8.0, SoftObject: 44.0 / 9.0, Metaball: 6.0}
 _NEARBY = {Point: 1.0, Segment: 2.0, Arc: math.tau, Circle: math.tau, Triangle: math.pi, Plane: math.pi}
 
 
-def with_bounds(elements: registry.Elements) -> tuple[np.ndarray, float]:
+def with_bounds(elements: Elements) -> tuple[np.ndarray, float]:
     """Rows (N, WIDTH) with what bounds each element's growth, and the bend of all.
 
-    Raises InputError for a cell that safe steps do not know.
+    Raises InputError for a formula that safe steps do not know.
     """
-    rows = np.concatenate([elements.rows, np.zeros((len(elements), WIDTH - registry.WIDTH))], axis=1)
+    rows = np.concatenate([elements.rows, np.zeros((len(elements), WIDTH - ROW_WIDTH))], axis=1)
     bend = 0.0
-    by_kind = {cell.kind: cell for cell in registry.CELLS.values()}
+    by_kind = {formula.kind: formula for formula in registry.FORMULAS.values()}
     for kind in elements.kinds_used:
         where = elements.kinds == kind
         check(by_kind[kind])
@@ -70,19 +72,19 @@ def with_bounds(elements: registry.Elements) -> tuple[np.ndarray, float]:
     return rows, bend
 
 
-def check(cell: registry.Cell) -> None:
-    """Raise InputError for a cell whose field's growth has no known bound."""
-    if cell.primitive not in _NEARBY:
+def check(formula: registry.Formula) -> None:
+    """Raise InputError for a formula whose field's growth has no known bound."""
+    if formula.primitive not in _NEARBY:
         raise InputError(
-            f"the solver 'referee' knows no safe step beside {cell.kernel.__name__} on {cell.primitive.__name__}; "
-            "give solver='hermite'"
+            f"the solver 'referee' knows no safe step beside {formula.kernel.__name__} on "
+            f"{formula.primitive.__name__}; give solver='hermite'"
         )
 
 
-def _bounded(cell, rows):
-    """Rows of one cell with their bounds, and the bend of each."""
-    kernel, primitive = cell.kernel, cell.primitive
-    width, strength = rows[:, registry.KERNEL], np.abs(rows[:, registry.STRENGTH])
+def _bounded(formula, rows):
+    """Rows of one formula with their bounds, and the bend of each."""
+    kernel, primitive = formula.kernel, formula.primitive
+    width, strength = rows[:, KERNEL_WIDTH], np.abs(rows[:, STRENGTH])
     measure = measure_of(primitive, rows)
     flat = primitive is Plane
     if flat and kernel in (Newtonian, InverseSquare):
@@ -99,10 +101,10 @@ def _bounded(cell, rows):
         family = GAUSSIANS
         whole = (math.sqrt(math.pi) / width) ** primitive.dimension
         amount = strength * (measure if primitive in (Arc, Circle) else np.minimum(measure, whole))
-        peak = np.exp(np.minimum(rows[:, registry.FOLD], _LIMIT))
+        peak = np.exp(np.minimum(rows[:, FOLD], _LIMIT))
         bend = strength * measure * peak * 2.0 * width**2
         if primitive in (Arc, Circle):
-            height = rows[:, registry.FOLD] + np.log(np.maximum(amount / TAIL_SHARE, 1.0))
+            height = rows[:, FOLD] + np.log(np.maximum(amount / TAIL_SHARE, 1.0))
             rows[:, CORE] = np.sqrt(np.maximum(height, 1e-12)) / width
     else:
         family = COMPACT
@@ -114,7 +116,7 @@ def _bounded(cell, rows):
     rows[:, FAMILY], rows[:, AMOUNT] = family, amount
     if flat:
         # F'' = -2 pi (z h)', and |(z h)'| is nowhere above h(0).
-        bend = math.tau * strength * np.exp(np.minimum(rows[:, registry.FOLD], _LIMIT))
+        bend = math.tau * strength * np.exp(np.minimum(rows[:, FOLD], _LIMIT))
     return rows, bend
 
 

@@ -50,7 +50,7 @@ def point_jet(x: real, y: real, z: real, rows: Table, i: int):
     dy = y - rows[i, 6]
     dz = z - rows[i, 7]
     r2 = dx * dx + dy * dy + dz * dz
-    f, slope, bend = kernel(r2, rows[i, 1], rows[i, 4])  # noqa: F821 - bound by the cells
+    f, slope, bend = kernel(r2, rows[i, 1], rows[i, 4])  # noqa: F821 - bound by the formulas
     f *= rows[i, 0]
     slope *= rows[i, 0]
     bend *= rows[i, 0]

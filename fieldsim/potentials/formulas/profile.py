@@ -138,6 +138,6 @@ for _plain, _primitive, _along in (
     (Segment, ProfiledSegment, _along_segment),
     (Arc, ProfiledArc, _along_arc),
 ):
-    for _kernel in [kernel for kernel, primitive in registry.CELLS if primitive is _plain]:
-        _jet = profiled_jet.bind(jet=registry.CELLS[_kernel, _plain].jet, along=_along)
+    for _kernel in [kernel for kernel, primitive in registry.FORMULAS if primitive is _plain]:
+        _jet = profiled_jet.bind(jet=registry.FORMULAS[_kernel, _plain].jet, along=_along)
         registry.register(_kernel, _primitive, _jet)

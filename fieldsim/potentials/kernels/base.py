@@ -9,7 +9,7 @@ from fieldsim.potentials.primitives.base import LEAST, MOST
 
 @dataclasses.dataclass(frozen=True)
 class Kernel:
-    """A radial function h(r); `width` is the one parameter that the cells' formulas take."""
+    """A radial function h(r); `width` is the one parameter that formulas take."""
 
     def __post_init__(self):
         for field in dataclasses.fields(self):

@@ -25,6 +25,7 @@ from fieldsim.potentials.primitives.face import Face
 from fieldsim.potentials.primitives.plane import Plane
 from fieldsim.potentials.primitives.point import Point
 from fieldsim.potentials.primitives.triangle import Triangle
+from fieldsim.potentials.row import ANGLE, POSITIONS, SIZE, STRENGTH
 
 # Cells along the longest side: unless told, and at most.
 RESOLUTION = 64
@@ -251,25 +252,23 @@ def closed(points, faces):
 def _box(elements, level):
     """Corners of a box around the surface F = 1: outside it every element stays below its share."""
     low, high = np.full((2, len(elements), 3), np.nan)
-    positive = elements.rows[:, registry.STRENGTH] > 0.0
+    positive = elements.rows[:, STRENGTH] > 0.0
     far = np.zeros(len(elements))
-    for cell, which in registry.parts_of(elements.kinds):
-        rows, primitive = elements.rows[which], cell.primitive
+    for formula, which in registry.parts_of(elements.kinds):
+        rows, primitive = elements.rows[which], formula.primitive
         if primitive is Plane:
             raise InputError("mesh: a plane has no end; clip it with a triangle, or leave it out")
         if issubclass(primitive, Arc | Circle):
-            half = rows[:, registry.SIZE, None] * np.sqrt(np.maximum(0.0, 1.0 - rows[:, 17:20] ** 2))
+            half = rows[:, SIZE, None] * np.sqrt(np.maximum(0.0, 1.0 - rows[:, 17:20] ** 2))
             low[which], high[which] = rows[:, 5:8] - half, rows[:, 5:8] + half
         else:
-            corners = rows[:, registry.POSITIONS].reshape(-1, 3, 3)[:, : _CORNERS[_shape(primitive)]]
+            corners = rows[:, POSITIONS].reshape(-1, 3, 3)[:, : _CORNERS[_shape(primitive)]]
             low[which], high[which] = corners.min(axis=1), corners.max(axis=1)
         if primitive is Face:
             # A solid's pull is that of its mass, at no less than the distance from it.
-            a, b, c = np.moveaxis(
-                rows[:, registry.POSITIONS].reshape(-1, 3, 3) - (rows[:, 5:8] + rows[:, 14:17])[:, None], 1, 0
-            )
+            a, b, c = np.moveaxis(rows[:, POSITIONS].reshape(-1, 3, 3) - (rows[:, 5:8] + rows[:, 14:17])[:, None], 1, 0)
             volume = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0
-            far[which] = len(elements) * max(0.0, float(np.sum(rows[:, registry.STRENGTH] * volume)))
+            far[which] = len(elements) * max(0.0, float(np.sum(rows[:, STRENGTH] * volume)))
         else:
             far[which] = reach(rows, elements.kinds[which], 1.0 / len(elements))
     if not positive.any():
@@ -287,14 +286,14 @@ def _shape(primitive):
 
 @functools.cache
 def _primitive(kind):
-    return next(cell.primitive for cell in registry.CELLS.values() if cell.kind == kind)
+    return next(formula.primitive for formula in registry.FORMULAS.values() if formula.kind == kind)
 
 
 def _lengths(elements, side):
     """Lengths (N,) over which elements' fields vary, and within which each alone has its surface F = 1."""
     width, own = np.full(len(elements), side), np.full(len(elements), side)
-    for cell, which in registry.parts_of(elements.kinds):
-        if cell.primitive is not Face:
+    for formula, which in registry.parts_of(elements.kinds):
+        if formula.primitive is not Face:
             width[which] = np.minimum(scale(elements.rows[which], elements.kinds[which]), side)
             own[which] = reach(elements.rows[which], elements.kinds[which], 1.0)
     return width, own
@@ -340,7 +339,7 @@ def _pieces(elements):
     """Pieces of all elements of positive strength: which element (P,), and parameters of three corners (P, 3, 2)."""
     which, corners = [], []
     for index, (row, kind) in enumerate(zip(elements.rows, elements.kinds, strict=True)):
-        if row[registry.STRENGTH] > 0.0:
+        if row[STRENGTH] > 0.0:
             # A whole turn would begin and end at the same place.
             parts = 8 if issubclass(_primitive(kind), Arc | Circle) else 1
             for k in range(parts):
@@ -365,14 +364,14 @@ def _halves(elements, which, corners):
 def _places(elements, which, parameters):
     """Points (P, 3) of the elements `which` at parameters (P, 2) from 0 to 1."""
     rows, result = elements.rows[which], np.empty((len(which), 3))
-    for cell, where in registry.parts_of(elements.kinds[which]):
+    for formula, where in registry.parts_of(elements.kinds[which]):
         part, (u, v) = rows[where], parameters[where].T[:, :, None]
-        if issubclass(cell.primitive, Arc | Circle):
-            start, turn = part[:, 14:17], u * part[:, registry.ANGLE, None]
+        if issubclass(formula.primitive, Arc | Circle):
+            start, turn = part[:, 14:17], u * part[:, ANGLE, None]
             around = np.cos(turn) * start + np.sin(turn) * np.cross(part[:, 17:20], start)
-            result[where] = part[:, 5:8] + part[:, registry.SIZE, None] * around
+            result[where] = part[:, 5:8] + part[:, SIZE, None] * around
             continue
-        shape, start = _shape(cell.primitive), part[:, 5:8]
+        shape, start = _shape(formula.primitive), part[:, 5:8]
         result[where] = start
         if shape > 0:
             result[where] += u * (part[:, 8:11] - start)
@@ -397,8 +396,8 @@ def _widths(elements):
     """A function: the smallest length over which a field near to any of the balls (n, 3), (n,) varies, (n,)."""
     width, _ = _lengths(elements, np.inf)
     far = np.zeros(len(elements))
-    for cell, which in registry.parts_of(elements.kinds):
-        if cell.primitive in DISTANCES:
+    for formula, which in registry.parts_of(elements.kinds):
+        if formula.primitive in DISTANCES:
             far[which] = reach(elements.rows[which], elements.kinds[which], 1.0 / min(len(elements), SHARED))
     near = (far > 0.0) & np.isfinite(width)
     if not near.any():
@@ -420,8 +419,12 @@ def _widths(elements):
 @functools.cache
 def _width_kernel(kinds_used):
     """The Warp kernel of `_widths`."""
-    chart = {cell.kind: DISTANCES[cell.primitive] for cell in registry.CELLS.values() if cell.kind in kinds_used}
-    distance = registry.by_kind(chart).warp(wp.float64)
+    distances = {
+        formula.kind: DISTANCES[formula.primitive]
+        for formula in registry.FORMULAS.values()
+        if formula.kind in kinds_used
+    }
+    distance = registry.by_kind(distances).warp(wp.float64)
 
     @wp.kernel(module="unique", enable_backward=False)
     def smallest_width(

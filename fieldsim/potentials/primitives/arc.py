@@ -8,6 +8,7 @@ import numpy as np
 from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.potentials.primitives.base import Primitive
+from fieldsim.potentials.row import ANGLE, CENTER, FIRST, NORMAL, RADIUS
 
 
 @dataclasses.dataclass(frozen=True)
@@ -56,10 +57,10 @@ class Arc(Primitive):
 
     def pack(self, row):
         """Write radius, angle, centre, start and normal into an element row."""
-        row[2:4] = self.radius, self.angle
-        row[5:8] = self.center
-        row[14:17] = self.start
-        row[17:20] = self.normal
+        row[RADIUS], row[ANGLE] = self.radius, self.angle
+        row[CENTER] = self.center
+        row[FIRST] = self.start
+        row[NORMAL] = self.normal
 
 
 def _across(owner, normal, start):

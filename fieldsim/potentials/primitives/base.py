@@ -90,7 +90,7 @@ class Primitive:
         return bool(on_it and all(np.linalg.norm(np.cross(way, axis)) <= 1e-12 for way in along))
 
     def pack(self, row) -> None:
-        """Write the geometry into an element row (see `cells`)."""
+        """Write the geometry into an element row (see `potentials.row`)."""
         raise NotImplementedError
 
     @property

@@ -7,6 +7,7 @@ import numpy as np
 
 from fieldsim import validate
 from fieldsim.potentials.primitives.base import Primitive
+from fieldsim.potentials.row import ANGLE, CENTER, FIRST, NORMAL, RADIUS
 
 
 @dataclasses.dataclass(frozen=True)
@@ -43,7 +44,7 @@ class Circle(Primitive):
         """Write radius, angle, centre, some start and the normal into an element row."""
         normal = np.array(self.normal)
         start = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
-        row[2:4] = self.radius, math.tau
-        row[5:8] = self.center
-        row[14:17] = start / np.linalg.norm(start)
-        row[17:20] = normal
+        row[RADIUS], row[ANGLE] = self.radius, math.tau
+        row[CENTER] = self.center
+        row[FIRST] = start / np.linalg.norm(start)
+        row[NORMAL] = normal

@@ -6,9 +6,9 @@ import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import InputError
-from fieldsim.potentials import registry
 from fieldsim.potentials.primitives.base import Primitive
 from fieldsim.potentials.primitives.triangle import Triangle
+from fieldsim.potentials.row import KERNEL_WIDTH, SOLID_REACH, TO_CENTER
 
 
 @dataclasses.dataclass(frozen=True)
@@ -51,11 +51,11 @@ class Face(Primitive):
 
     def pack(self, row):
         """Write size, reach, corners, the offset of the centre from a, and the normal into an element row."""
-        if row[registry.KERNEL] != 0.0:
+        if row[KERNEL_WIDTH] != 0.0:
             raise InputError(
-                f"Face: the kernel has softening {row[registry.KERNEL]:g}; a solid takes Newtonian() without softening"
+                f"Face: the kernel has softening {row[KERNEL_WIDTH]:g}; a solid takes Newtonian() without softening"
             )
         triangle = Triangle(self.a, self.b, self.c)
         triangle.pack(row)
-        row[registry.ANGLE] = self.reach
-        row[14:17] = np.subtract(self.center, self.a)
+        row[SOLID_REACH] = self.reach
+        row[TO_CENTER] = np.subtract(self.center, self.a)

@@ -5,6 +5,7 @@ import dataclasses
 from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.potentials.primitives.base import Primitive
+from fieldsim.potentials.row import NORMAL, POINT
 
 
 @dataclasses.dataclass(frozen=True)
@@ -38,5 +39,5 @@ class Plane(Primitive):
 
     def pack(self, row):
         """Write point and normal into an element row."""
-        row[5:8] = self.point
-        row[17:20] = self.normal
+        row[POINT] = self.point
+        row[NORMAL] = self.normal

@@ -4,6 +4,7 @@ import dataclasses
 
 from fieldsim import validate
 from fieldsim.potentials.primitives.base import Primitive
+from fieldsim.potentials.row import POINT
 
 
 @dataclasses.dataclass(frozen=True)
@@ -21,4 +22,4 @@ class Point(Primitive):
 
     def pack(self, row):
         """Write the position into an element row."""
-        row[5:8] = self.position
+        row[POINT] = self.position

@@ -16,9 +16,9 @@ import dataclasses
 
 from fieldsim import validate
 from fieldsim.errors import InputError
-from fieldsim.potentials import registry
 from fieldsim.potentials.primitives.arc import Arc
 from fieldsim.potentials.primitives.segment import Segment
+from fieldsim.potentials.row import COEFFICIENTS, OWN, PROFILE_DEGREE, PROFILE_SHAPE
 
 SHAPES = ("along", "hat", "sine")
 # What a row holds, and enough: in powers of u a wave of degree 12 between -1 and 1 (Chebyshev's) has coefficients up to
@@ -49,9 +49,9 @@ class Profile:
 
     def pack(self, row) -> None:
         """Write shape and coefficients into an element row."""
-        row[registry.OWN] = 0.0
-        row[20:22] = SHAPES.index(self.shape), len(self.coefficients) - 1
-        row[22 : 22 + len(self.coefficients)] = self.coefficients
+        row[OWN] = 0.0
+        row[PROFILE_SHAPE], row[PROFILE_DEGREE] = SHAPES.index(self.shape), len(self.coefficients) - 1
+        row[COEFFICIENTS][: len(self.coefficients)] = self.coefficients
 
 
 def constant(factor=1.0) -> Profile:

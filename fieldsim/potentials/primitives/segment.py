@@ -8,6 +8,7 @@ import numpy as np
 from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.potentials.primitives.base import Primitive
+from fieldsim.potentials.row import AXIS, END, LENGTH, START
 
 
 @dataclasses.dataclass(frozen=True)
@@ -35,10 +36,10 @@ class Segment(Primitive):
 
     def pack(self, row):
         """Write length, ends and axis into an element row."""
-        row[2] = self.measure
-        row[5:8] = self.start
-        row[8:11] = self.end
-        row[14:17] = np.subtract(self.end, self.start) / self.measure
+        row[LENGTH] = self.measure
+        row[START] = self.start
+        row[END] = self.end
+        row[AXIS] = np.subtract(self.end, self.start) / self.measure
 
 
 def _plain(point):

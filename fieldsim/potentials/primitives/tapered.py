@@ -5,6 +5,7 @@ import dataclasses
 from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.potentials.primitives.segment import Segment
+from fieldsim.potentials.row import END_DENSITY, START_DENSITY
 
 
 @dataclasses.dataclass(frozen=True)
@@ -35,4 +36,4 @@ class TaperedSegment(Segment):
     def pack(self, row):
         """Write the segment and its densities into an element row."""
         Segment(self.start, self.end).pack(row)
-        row[20:22] = self.start_density, self.end_density
+        row[START_DENSITY], row[END_DENSITY] = self.start_density, self.end_density

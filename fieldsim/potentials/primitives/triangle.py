@@ -7,6 +7,7 @@ import numpy as np
 from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.potentials.primitives.base import Primitive
+from fieldsim.potentials.row import AREA, CORNER_A, CORNER_B, CORNER_C, EDGE, NORMAL, SIZE
 
 
 @dataclasses.dataclass(frozen=True)
@@ -44,10 +45,10 @@ class Triangle(Primitive):
     def pack(self, row):
         """Write size (the longest edge), area, corners, direction from a to b and normal into an element row."""
         a, b, c = np.array([self.a, self.b, self.c])
-        row[2] = max(np.linalg.norm(b - a), np.linalg.norm(c - b), np.linalg.norm(a - c))
-        row[3] = self.measure
-        row[5:14] = *self.a, *self.b, *self.c
-        row[14:17] = (b - a) / np.linalg.norm(b - a)
+        row[SIZE] = max(np.linalg.norm(b - a), np.linalg.norm(c - b), np.linalg.norm(a - c))
+        row[AREA] = self.measure
+        row[CORNER_A], row[CORNER_B], row[CORNER_C] = self.a, self.b, self.c
+        row[EDGE] = (b - a) / np.linalg.norm(b - a)
         # The normal from the corner whose edges are the most nearly perpendicular.
         normal = max(
             (
@@ -56,4 +57,4 @@ class Triangle(Primitive):
             ),
             key=np.linalg.norm,
         )
-        row[17:20] = normal / np.linalg.norm(normal)
+        row[NORMAL] = normal / np.linalg.norm(normal)

@@ -17,6 +17,7 @@ import numpy as np
 
 from fieldsim.potentials import registry
 from fieldsim.potentials.bounds.reach import measure, profile_bend, reach, scale, within
+from fieldsim.potentials.elements import Elements
 from fieldsim.potentials.kernels import (
     COMPACT,
     Cauchy,
@@ -27,6 +28,7 @@ from fieldsim.potentials.kernels import (
     Quartic,
     SoftObject,
 )
+from fieldsim.potentials.row import ANGLE, KERNEL_WIDTH, POSITIONS, SIZE, STRENGTH
 
 POINT, SEGMENT, ARC, TRIANGLE, PLANE = range(5)
 _SHAPES = {
@@ -81,28 +83,28 @@ class Bounded:
     radius: np.ndarray
 
 
-def bound(elements: registry.Elements, eye: np.ndarray, unit: float, tolerance: float = 1e-5) -> Bounded:
+def bound(elements: Elements, eye: np.ndarray, unit: float, tolerance: float = 1e-5) -> Bounded:
     """Elements moved to the eye, scaled and bounded. tolerance: of the field, relative to its level.
 
-    Raises InputError for a cell that cannot be rendered.
+    Raises InputError for a formula that cannot be rendered.
     """
     rows, kinds = _scaled(elements, eye, unit), elements.kinds
     parts = registry.parts_of(kinds)
     shape, order = np.zeros((2, len(rows)), dtype=np.int32)
     bend, level = np.zeros(len(rows)), np.full(len(rows), tolerance / _SHARED)
-    for cell, where in parts:
-        shape[where] = _SHAPES[cell.primitive.__name__]
-        order[where] = ENDS if cell.kernel in COMPACT else ORDER.get(cell.kernel, 0)
-        bend[where] = _bend(cell, rows[where])
-        if cell.kernel is Cauchy:
+    for formula, where in parts:
+        shape[where] = _SHAPES[formula.primitive.__name__]
+        order[where] = ENDS if formula.kernel in COMPACT else ORDER.get(formula.kernel, 0)
+        bend[where] = _bend(formula, rows[where])
+        if formula.kernel is Cauchy:
             level[where] = tolerance / min(len(kinds[where]), _SHARED_TAILS) ** 0.5
     far = reach(rows, kinds, level)
-    signed = (rows[:, registry.STRENGTH] < 0.0).any()
+    signed = (rows[:, STRENGTH] < 0.0).any()
     core = np.where((shape == POINT) & (not signed), reach(rows, kinds, 1.0), 0.0)
     if signed:
         bend, order = _SIGNED * bend, np.where(order > 0, int(_SIGNED) * order, order)
     start, end, extent = _capsules(rows, shape)
-    if parts and {cell.kernel for cell, _ in parts} <= set(_UNITS):
+    if parts and {formula.kernel for formula, _ in parts} <= set(_UNITS):
         far = np.minimum(far, _around(parts, rows, start, end, extent))
     far = np.minimum(far, FAR)
     radius = np.where(shape == PLANE, FAR, far + extent)
@@ -113,32 +115,32 @@ def bound(elements: registry.Elements, eye: np.ndarray, unit: float, tolerance: 
 def _scaled(elements, eye, unit):
     """Rows as seen from the eye, all lengths in units of `unit`."""
     rows = elements.rows.copy()
-    rows[:, registry.POSITIONS] = (rows[:, registry.POSITIONS] - np.tile(eye, 3)) / unit
-    rows[:, registry.SIZE] /= unit
-    for cell, where in registry.parts_of(elements.kinds):
-        name = cell.primitive.__name__
+    rows[:, POSITIONS] = (rows[:, POSITIONS] - np.tile(eye, 3)) / unit
+    rows[:, SIZE] /= unit
+    for formula, where in registry.parts_of(elements.kinds):
+        name = formula.primitive.__name__
         dimension = {POINT: 0, TRIANGLE: 2, PLANE: 2}.get(_SHAPES[name], 1)
-        inverse_width = cell.kernel in (Gaussian, Cauchy)
-        rows[where, registry.KERNEL] *= unit if inverse_width else 1.0 / unit
-        rows[where, registry.STRENGTH] *= unit ** (dimension - _UNITS.get(cell.kernel, 0))
+        inverse_width = formula.kernel in (Gaussian, Cauchy)
+        rows[where, KERNEL_WIDTH] *= unit if inverse_width else 1.0 / unit
+        rows[where, STRENGTH] *= unit ** (dimension - _UNITS.get(formula.kernel, 0))
         if name == "Triangle":
-            rows[where, registry.ANGLE] /= unit**2  # its area
+            rows[where, ANGLE] /= unit**2  # its area
     return rows
 
 
-def _bend(cell, rows):
-    """The bend of elements of one cell, (N,)."""
-    width = rows[:, registry.KERNEL]
-    if cell.kernel in COMPACT:
+def _bend(formula, rows):
+    """The bend of elements of one formula, (N,)."""
+    width = rows[:, KERNEL_WIDTH]
+    if formula.kernel in COMPACT:
         # 2 sqrt(F), of the part within reach.
-        amplitude = np.sqrt(np.abs(rows[:, registry.STRENGTH]) * within(cell, rows))
-        bend = 2.0 * _ROOT_BENDS[cell.kernel] * amplitude / width**2
+        amplitude = np.sqrt(np.abs(rows[:, STRENGTH]) * within(formula, rows))
+        bend = 2.0 * _ROOT_BENDS[formula.kernel] * amplitude / width**2
     else:
-        bend = 2.0 * width**2 if cell.kernel is Gaussian else 0.0
-    return bend + profile_bend(cell, rows)
+        bend = 2.0 * width**2 if formula.kernel is Gaussian else 0.0
+    return bend + profile_bend(formula, rows)
 
 
-def unit_of(elements: registry.Elements, radii: np.ndarray) -> float:
+def unit_of(elements: Elements, radii: np.ndarray) -> float:
     """A power of two near the scene's smallest kernel width or sphere, so that scaling changes no digit."""
     smallest = [np.min(scale(elements.rows, elements.kinds))] if len(elements) else []
     smallest += [np.min(radii)] if len(radii) else []
@@ -164,11 +166,11 @@ def _middle(row, shape):
     if shape == SEGMENT:
         return 0.5 * (row[5:8] + row[8:11])
     if shape == TRIANGLE:
-        return row[registry.POSITIONS].reshape(3, 3).mean(axis=0)
+        return row[POSITIONS].reshape(3, 3).mean(axis=0)
     if shape == ARC:
-        half = 0.5 * row[registry.ANGLE]
+        half = 0.5 * row[ANGLE]
         turned = math.cos(half) * row[14:17] + math.sin(half) * np.cross(row[17:20], row[14:17])
-        return row[5:8] + row[registry.SIZE] * turned
+        return row[5:8] + row[SIZE] * turned
     return row[5:8]
 
 
@@ -180,10 +182,10 @@ def _around(parts, rows, start, end, extent):
     center = 0.5 * (start + end).mean(axis=0)
     span = [np.linalg.norm(point - center, axis=1) + extent for point in (start, end)]
     sums = {1: 0.0, 2: 0.0}
-    for cell, where in parts:
+    for formula, where in parts:
         part = rows[where]
-        mass = np.maximum(part[:, registry.STRENGTH], 0.0) * measure(cell.primitive, part)
-        sums[_UNITS[cell.kernel]] += np.sum(mass)
+        mass = np.maximum(part[:, STRENGTH], 0.0) * measure(formula.primitive, part)
+        sums[_UNITS[formula.kernel]] += np.sum(mass)
     ball = np.max(span) + 0.5 * (sums[1] + math.sqrt(sums[1] ** 2 + 4.0 * sums[2]))
     return ball * (1.0 + 1e-6) + span[0]
 
@@ -192,17 +194,17 @@ def _capsules(rows, shape):
     """(start, end, extent): lines (N, 3) and distances from them that hold the primitives; a plane's nearest point."""
     start = rows[:, 5:8].copy()
     end = start.copy()
-    extent = np.where(shape == ARC, rows[:, registry.SIZE], 0.0)
+    extent = np.where(shape == ARC, rows[:, SIZE], 0.0)
     segments = shape == SEGMENT
     end[segments] = rows[segments, 8:11]
     planes = shape == PLANE
     normal = rows[planes, 17:20]
     start[planes] = end[planes] = np.sum(normal * start[planes], axis=1)[:, None] * normal
     flat = np.flatnonzero(shape == TRIANGLE)
-    corners = rows[flat, registry.POSITIONS].reshape(-1, 3, 3)
+    corners = rows[flat, POSITIONS].reshape(-1, 3, 3)
     sides = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
     longest = np.argmax(sides, axis=1)
     each = np.arange(len(flat))
     start[flat], end[flat] = corners[each, longest], corners[each, (longest + 1) % 3]
-    extent[flat] = 2.0 * rows[flat, registry.ANGLE] / sides[each, longest]
+    extent[flat] = 2.0 * rows[flat, ANGLE] / sides[each, longest]
     return start, end, extent

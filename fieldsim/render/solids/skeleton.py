@@ -11,6 +11,8 @@ import numpy as np
 
 from fieldsim.errors import InputError
 from fieldsim.potentials import registry
+from fieldsim.potentials.elements import concatenate
+from fieldsim.potentials.row import ANGLE, POSITIONS, SIZE
 from fieldsim.world import shapes
 from fieldsim.world.shapes import Solids
 
@@ -31,7 +33,7 @@ def drawn(snapshot, mode: str, eye: np.ndarray, pixel: float):
         hard = offset_solids(surface, _radii(surface))
     else:
         hard = _lines(surface, eye, pixel)
-    nothing = dataclasses.replace(surface, elements=registry.concatenate([]), owner=surface.owner[:0])
+    nothing = dataclasses.replace(surface, elements=concatenate([]), owner=surface.owner[:0])
     # The world's own shapes keep their numbers: they come first.
     return nothing, shapes.joined([snapshot.shapes, hard])
 
@@ -49,7 +51,7 @@ def _radii(surface):
 def _lines(surface, eye, pixel):
     """Elements as lines of one width in pixels (at their middles), at most as thick as the material's radius."""
     rows = surface.elements.rows
-    corners = rows[:, registry.POSITIONS].reshape(-1, 3, 3)
+    corners = rows[:, POSITIONS].reshape(-1, 3, 3)
     middle = 0.5 * (corners[:, 0] + np.where(_named(surface, "Segment")[:, None], corners[:, 1], corners[:, 0]))
     distance = np.linalg.norm(middle - eye, axis=1)
     width = np.where(_named(surface, "Point"), DOT, LINE)
@@ -58,7 +60,7 @@ def _lines(surface, eye, pixel):
 
 def _named(surface, name):
     """Which elements' primitives are called so, or are a kind of it."""
-    kinds = [c.kind for c in registry.CELLS.values() if _shape_of(c.primitive) == name]
+    kinds = [c.kind for c in registry.FORMULAS.values() if _shape_of(c.primitive) == name]
     return np.isin(surface.elements.kinds, kinds)
 
 
@@ -81,7 +83,7 @@ def _solids(surface, radius, draw_triangles):
                 owners.append(surface.owner[where])
     if left.any():
         kind = surface.elements.kinds[left][0]
-        name = next(c.primitive.__name__ for c in registry.CELLS.values() if c.kind == kind)
+        name = next(c.primitive.__name__ for c in registry.FORMULAS.values() if c.kind == kind)
         raise InputError(f"Renderer: {name} cannot be drawn hard; use mode='soft'")
     kinds, origins, axes, sizes = (np.concatenate(column) for column in zip(*parts, strict=True))
     count = len(kinds)
@@ -117,12 +119,12 @@ def _rods(start, end, radius):
 
 
 def _tubes(rows, radius):
-    half = 0.5 * rows[:, registry.ANGLE]
+    half = 0.5 * rows[:, ANGLE]
     start, normal = rows[:, 14:17], rows[:, 17:20]
     middle = np.cos(half)[:, None] * start + np.sin(half)[:, None] * np.cross(normal, start)
     axes = np.stack([middle, np.cross(normal, middle), normal], axis=2)
-    half = np.where(rows[:, registry.ANGLE] > 2 * math.pi - 1e-6, math.pi, half)
-    return [_packed(shapes.TUBE, rows[:, 5:8], axes, rows[:, registry.SIZE], radius, half)]
+    half = np.where(rows[:, ANGLE] > 2 * math.pi - 1e-6, math.pi, half)
+    return [_packed(shapes.TUBE, rows[:, 5:8], axes, rows[:, SIZE], radius, half)]
 
 
 def _prisms(rows, radius):

@@ -21,6 +21,7 @@ from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.potentials import registry
 from fieldsim.potentials.bounds import safe_step
+from fieldsim.potentials.elements import Elements
 from fieldsim.render.scene.candidates import TILE, Candidates
 from fieldsim.render.solvers import hermite, lagrange, laguerre, numeric
 from fieldsim.render.solvers.referee import Referee
@@ -34,12 +35,13 @@ class Solver:
         self.options = {"first_hit": first_hit, "polish": polish}
         self._known = known
 
-    def check(self, elements: registry.Elements) -> None:
+    def check(self, elements: Elements) -> None:
         """Raise InputError for elements that the solver cannot do."""
-        for cell in _cells(elements):
-            if self._known is not None and (cell.kernel, cell.primitive) not in self._known:
+        for formula in _formulas(elements):
+            if self._known is not None and (formula.kernel, formula.primitive) not in self._known:
                 raise InputError(
-                    f"the solver {self.name!r} cannot do {cell.kernel.__name__} on {cell.primitive.__name__}, only "
+                    f"the solver {self.name!r} cannot do {formula.kernel.__name__} on {formula.primitive.__name__}, "
+                    "only "
                     + ", ".join(f"{k.__name__} on {p.__name__}" for k, p in self._known)
                     + "; give solver='hermite'"
                 )
@@ -60,8 +62,8 @@ class SafeSteps(Solver):
 
     def check(self, elements):
         """Raise InputError for elements for which no safe step is known."""
-        for cell in _cells(elements):
-            safe_step.check(cell)
+        for formula in _formulas(elements):
+            safe_step.check(formula)
 
     def lists(self, stage):
         """Empty lists: the tracing kernel finds no surface."""
@@ -88,16 +90,16 @@ class SafeSteps(Solver):
         referee.describe(hits, which, depths[which] / stage.unit, normals[which], points, stage)
 
 
-def _cells(elements):
+def _formulas(elements):
     used = elements.kinds_used
-    return [cell for cell in registry.CELLS.values() if cell.kind in used]
+    return [formula for formula in registry.FORMULAS.values() if formula.kind in used]
 
 
 SOLVERS = {
     "hermite": Solver("hermite", hermite.first_hit),
     # polish=0: no Newton step on the true field afterwards.
     "lagrange": Solver("lagrange", lagrange.first_hit, polish=0.0),
-    "laguerre": Solver("laguerre", laguerre.first_hit, known=laguerre.CELLS),
+    "laguerre": Solver("laguerre", laguerre.first_hit, known=laguerre.KNOWN),
     "numeric": Solver("numeric", numeric.first_hit),
     "referee": SafeSteps("referee"),
 }

@@ -80,7 +80,7 @@ def _steepness(scene: Scene, i: int, d: wp.vec3):
 
 
 def _bends_by_distance(kinds_used):
-    return any(cell.kernel in bounds.ORDER for cell in registry.CELLS.values() if cell.kind in kinds_used)
+    return any(formula.kernel in bounds.ORDER for formula in registry.FORMULAS.values() if formula.kind in kinds_used)
 
 
 @functools.cache
@@ -93,7 +93,11 @@ def _nearness(kinds_used):
             return 0.0
 
         return nothing
-    table = {cell.kind: DISTANCES[cell.primitive] for cell in registry.CELLS.values() if cell.kind in kinds_used}
+    table = {
+        formula.kind: DISTANCES[formula.primitive]
+        for formula in registry.FORMULAS.values()
+        if formula.kind in kinds_used
+    }
     distance = registry.by_kind(table).warp(wp.float32)
 
     @wp.func
@@ -144,7 +148,7 @@ def _counted(scene: Scene, elements: int):
 
 @functools.cache
 def first_hit(kinds_used, counted=False):
-    """The Warp function that sweeps a ray through sorted intervals, for the given cells.
+    """The Warp function that sweeps a ray through sorted intervals, for the given formulas.
 
     counted: it adds its evaluations to `Scene.work`.
     """

@@ -38,7 +38,7 @@ def _last(scene: Scene, i: int, t: float, t0: float, t1: float):
 
 @functools.cache
 def first_hit(kinds_used):
-    """The Warp function that sweeps a ray through sorted intervals, for the given cells."""
+    """The Warp function that sweeps a ray through sorted intervals, for the given formulas."""
     element = registry.element_field(kinds_used).warp(wp.float32)
 
     @wp.func

@@ -10,13 +10,13 @@ from fieldsim.potentials.primitives.point import Point
 from fieldsim.render.scene.tables import Scene
 from fieldsim.render.solvers.polynomials import Polynomial, polynomial_sweep, product
 
-CELLS = ((SoftObject, Point), (Quartic, Point))
+KNOWN = ((SoftObject, Point), (Quartic, Point))
 
 
 @functools.cache
 def first_hit(kinds_used):
     """The Warp function that sweeps a ray through sorted intervals, for points under Quartic or SoftObject kernels."""
-    soft = wp.constant(registry.CELLS[SoftObject, Point].kind)
+    soft = wp.constant(registry.FORMULAS[SoftObject, Point].kind)
 
     @wp.func
     def piece(scene: Scene, o: wp.vec3, d: wp.vec3, begin: float, end: float, i: int, t0: float, t1: float):

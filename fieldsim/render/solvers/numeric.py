@@ -21,7 +21,7 @@ _TRIES = wp.constant(40)
 
 @functools.cache
 def first_hit(kinds_used):
-    """The Warp function that sweeps a ray through sorted intervals, for the given cells."""
+    """The Warp function that sweeps a ray through sorted intervals, for the given formulas."""
     element = registry.element_field(kinds_used).warp(wp.float32)
 
     @wp.func

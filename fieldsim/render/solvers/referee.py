@@ -19,11 +19,13 @@ from fieldsim.launch import launch
 from fieldsim.potentials import registry
 from fieldsim.potentials.bounds import safe_step
 from fieldsim.potentials.bounds.distance import DISTANCES
+from fieldsim.potentials.elements import Elements
 from fieldsim.potentials.primitives.arc import Arc
 from fieldsim.potentials.primitives.circle import Circle
 from fieldsim.potentials.primitives.plane import Plane
 from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.potentials.primitives.triangle import Triangle
+from fieldsim.potentials.row import POSITIONS, SIZE
 from fieldsim.render.materials.table import factors
 from fieldsim.render.materials.textures import color_at
 from fieldsim.render.scene.hits import Hits, origin_of, write_rest
@@ -45,7 +47,7 @@ _Worst = wp.types.vector(length=8, dtype=wp.float64)
 def march_kernel(kinds_used):
     """The kernel that marches along rays by safe steps."""
     element = registry.element_field(kinds_used).warp(wp.float64)
-    primitives = {cell.kind: cell.primitive for cell in registry.CELLS.values()}
+    primitives = {formula.kind: formula.primitive for formula in registry.FORMULAS.values()}
     distance = registry.by_kind({kind: DISTANCES[primitives[kind]] for kind in kinds_used}).warp(wp.float64)
     ceiling = safe_step.ceiling.warp(wp.float64)
     rise = safe_step.rise.warp(wp.float64)
@@ -211,11 +213,11 @@ def describe_kernel(kinds_used):
 class Referee:
     """Surface elements (see `registry`) in float64 on a device, whose surface F = 1 rays meet.
 
-    Raises InputError for a cell whose field's growth has no known bound. steps: evaluations of the field for the last
-    rays, (N,).
+    Raises InputError for a formula whose field's growth has no known bound. steps: evaluations of the field for the
+    last rays, (N,).
     """
 
-    def __init__(self, elements: registry.Elements, device=None):
+    def __init__(self, elements: Elements, device=None):
         self.device = device
         self.kinds = elements.kinds_used
         rows, self.bend = safe_step.with_bounds(elements)
@@ -276,14 +278,14 @@ def _ball(elements, rows):
     """(centre, radius) of a ball that holds the surface; (None, size of the scene) where planes have none."""
     if not len(elements):
         return None, 0.0
-    primitives = {cell.kind: cell.primitive for cell in registry.CELLS.values()}
-    corners = elements.rows[:, registry.POSITIONS].reshape(-1, 3, 3)
+    primitives = {formula.kind: formula.primitive for formula in registry.FORMULAS.values()}
+    corners = elements.rows[:, POSITIONS].reshape(-1, 3, 3)
     used = np.array([_CORNERS.get(primitives[kind], 1) for kind in elements.kinds.tolist()])
     center = 0.5 * (corners[:, 0].min(axis=0) + corners[:, 0].max(axis=0))
     away = np.linalg.norm(corners - center, axis=2)
     away[np.arange(3) >= used[:, None]] = 0.0
     round_ones = np.array([primitives[kind] in (Arc, Circle) for kind in elements.kinds.tolist()])
-    size = (away.max(axis=1) + np.where(round_ones, elements.rows[:, registry.SIZE], 0.0)).max()
+    size = (away.max(axis=1) + np.where(round_ones, elements.rows[:, SIZE], 0.0)).max()
     if any(primitives[kind] is Plane for kind in elements.kinds_used):
         return None, size
     return center, size + safe_step.reach(rows)

@@ -156,10 +156,10 @@ def arc_jet(x: real, y: real, z: real, rows: Table, i: int):
         sin = q * inverse
     c0, s0 = half_angle(cos, sin)
     inner, height = ring_offset(x, y, z, rows, i, rho, dx * nx + dy * ny + dz * nz)
-    s0, c1, s1, turn, versine = ends(  # noqa: F821 - bound by the cells
+    s0, c1, s1, turn, versine = ends(  # noqa: F821 - bound by the formulas
         x, y, z, rows, i, rho, abs(inner) + abs(height), c0, s0
     )
-    f, fa, fb, fn, faa, fbb, fnn, fab, fan, fbn = kernel(  # noqa: F821 - bound by the cells
+    f, fa, fb, fn, faa, fbb, fnn, fab, fan, fbn = kernel(  # noqa: F821 - bound by the formulas
         rho, inner, height, rows[i, 2], rows[i, 3], c0, s0, c1, s1, turn, versine, rows[i, 1], rows[i, 4]
     )
     # Finite or not: unlike `isfinite`, a comparison lets compilers drop the Hessian where nobody asks for it.

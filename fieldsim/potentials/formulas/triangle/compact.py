@@ -8,7 +8,7 @@ import math
 
 from fieldsim.portable import portable, real
 from fieldsim.potentials.formulas.segment.segment import newtonian_segment
-from fieldsim.potentials.formulas.triangle.edges import angles, cell
+from fieldsim.potentials.formulas.triangle.edges import angles, formula
 from fieldsim.potentials.formulas.triangle.triangle import FAR
 from fieldsim.potentials.kernels import Metaball, Quartic, SoftObject
 from fieldsim.potentials.primitives.triangle import Triangle
@@ -317,8 +317,8 @@ def metaball_far(away: real, size: real, radius: real):
 
 
 def _polynomial(c2, c3):
-    """The cell of h = c2 y^2 + c3 y^3."""
-    return cell(
+    """The formula of h = c2 y^2 + c3 y^3."""
+    return formula(
         polynomial_point.bind(c2=c2, c3=c3),
         polynomial_edge.bind(c2=c2, c3=c3, _node=_node.bind(c2=c2, c3=c3)),
         polynomial_total.bind(c2=c2, c3=c3),
@@ -327,6 +327,6 @@ def _polynomial(c2, c3):
     )
 
 
-register(Metaball, Triangle, cell(metaball_point, metaball_edge, metaball_total, metaball_far, compact_gone))
+register(Metaball, Triangle, formula(metaball_point, metaball_edge, metaball_total, metaball_far, compact_gone))
 register(Quartic, Triangle, _polynomial(1.0, 0.0))
 register(SoftObject, Triangle, _polynomial(SOFT_2, SOFT_3))

@@ -108,7 +108,7 @@ def nowhere(away: real, size: real, k: real):
     return False
 
 
-def cell(point, edge, total, points, is_gone=nowhere):
+def formula(point, edge, total, points, is_gone=nowhere):
     """The jet of a triangle under a kernel, from the kernel's parts."""
     return triangle_jet.bind(
         points=points,
@@ -118,4 +118,4 @@ def cell(point, edge, total, points, is_gone=nowhere):
     )
 
 
-register(Newtonian, Triangle, cell(newtonian_point, newtonian_edge, newtonian_total, newtonian_far))
+register(Newtonian, Triangle, formula(newtonian_point, newtonian_edge, newtonian_total, newtonian_far))

@@ -11,7 +11,7 @@ from fieldsim.numerics.owen import BEYOND, line_of_sight, tail, wedge
 from fieldsim.portable import portable, real
 from fieldsim.potentials.formulas.point import EXPONENT_LIMIT
 from fieldsim.potentials.formulas.segment.segment import gaussian_segment
-from fieldsim.potentials.formulas.triangle.edges import cell
+from fieldsim.potentials.formulas.triangle.edges import formula
 from fieldsim.potentials.kernels import Gaussian
 from fieldsim.potentials.primitives.triangle import Triangle
 from fieldsim.potentials.registry import register
@@ -160,4 +160,4 @@ def gaussian_gone(away: real, size: real, a: real):
     return a * (math.sqrt(away) - size) > real(34.0)
 
 
-register(Gaussian, Triangle, cell(gaussian_point, gaussian_edge, gaussian_total, gaussian_far, gaussian_gone))
+register(Gaussian, Triangle, formula(gaussian_point, gaussian_edge, gaussian_total, gaussian_far, gaussian_gone))

@@ -11,7 +11,7 @@ from fieldsim.numerics.clausen import clausen
 from fieldsim.numerics.special import COS_30, sine_fourth_series
 from fieldsim.portable import portable, real
 from fieldsim.potentials.formulas.triangle.cubature import points_a_side
-from fieldsim.potentials.formulas.triangle.edges import cell
+from fieldsim.potentials.formulas.triangle.edges import formula
 from fieldsim.potentials.kernels import Cauchy, InverseSquare
 from fieldsim.potentials.primitives.triangle import Triangle
 from fieldsim.potentials.registry import register
@@ -327,7 +327,9 @@ def inverse_square_point(r2: real, softening: real, fold: real):
     return h, -h * h, real(2.0) * h * h * h
 
 
-register(Cauchy, Triangle, cell(cauchy_point, cauchy_edge, cauchy_total, cauchy_far))
+register(Cauchy, Triangle, formula(cauchy_point, cauchy_edge, cauchy_total, cauchy_far))
 register(
-    InverseSquare, Triangle, cell(inverse_square_point, inverse_square_edge, inverse_square_total, inverse_square_far)
+    InverseSquare,
+    Triangle,
+    formula(inverse_square_point, inverse_square_edge, inverse_square_total, inverse_square_far),
 )

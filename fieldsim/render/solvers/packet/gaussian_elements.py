@@ -18,6 +18,7 @@ from fieldsim.potentials.kernels import Gaussian
 from fieldsim.potentials.primitives.circle import Circle
 from fieldsim.potentials.primitives.point import Point
 from fieldsim.potentials.primitives.segment import Segment
+from fieldsim.potentials.row import FOLD, KERNEL_WIDTH, SIZE, STRENGTH
 from fieldsim.render.scene import bounds
 
 HIGHEST = 60.0  # greatest log F of an element: float32 sums such elements without overflow
@@ -86,13 +87,13 @@ KINDS = tuple(_SHAPES.values())  # each kind includes those before it
 def kind_of(bounded: bounds.Bounded) -> str:
     """The kind of a scene of Gaussian elements, one of KINDS; "" if the packet tracer cannot take some element."""
     rows, used = bounded.rows, set(np.unique(bounded.kinds).tolist())
-    kinds = {registry.CELLS[Gaussian, primitive].kind: name for primitive, name in _SHAPES.items()}
+    kinds = {registry.FORMULAS[Gaussian, primitive].kind: name for primitive, name in _SHAPES.items()}
     if not len(rows) or not used <= set(kinds):
         return ""
-    if rows[:, registry.STRENGTH].min() <= 0.0:
+    if rows[:, STRENGTH].min() <= 0.0:
         return ""
     lines = bounded.shape == bounds.SEGMENT
-    if lines.any() and (rows[lines, registry.SIZE] * rows[lines, registry.KERNEL]).min() < SHORTEST:
+    if lines.any() and (rows[lines, SIZE] * rows[lines, KERNEL_WIDTH]).min() < SHORTEST:
         return ""
     if _heights(bounded)[:, 0].max() > HIGHEST:
         return ""
@@ -101,12 +102,12 @@ def kind_of(bounded: bounds.Bounded) -> str:
 
 def _heights(bounded):
     rows = bounded.rows
-    a = rows[:, registry.KERNEL]
+    a = rows[:, KERNEL_WIDTH]
     height = np.zeros((len(rows), 4))
-    height[:, 0] = rows[:, registry.FOLD] + np.log(rows[:, registry.STRENGTH])
+    height[:, 0] = rows[:, FOLD] + np.log(rows[:, STRENGTH])
     height[:, 2] = 1.0
     lines = bounded.shape == bounds.SEGMENT
-    width = (a * rows[:, registry.SIZE])[lines]
+    width = (a * rows[:, SIZE])[lines]
     # The share is greatest in the middle, and half of erf(width) at an end.
     middle, end = (np.array([math.erf(x) for x in part]) for part in (0.5 * width, width))
     height[lines, 0] += np.log(math.sqrt(math.pi) / a[lines] * middle)
@@ -114,10 +115,10 @@ def _heights(bounded):
     height[lines, 2] = 1.0 / middle
     rings = bounded.shape == bounds.ARC
     if rings.any():
-        height[rings, 2] = height[rings, 0] + np.log(math.tau * rows[rings, registry.SIZE])
+        height[rings, 2] = height[rings, 0] + np.log(math.tau * rows[rings, SIZE])
         # I0 falls as its argument grows: less than at the circle's inner edge, or than by itself in the middle.
-        inner = np.maximum(rows[rings, registry.SIZE] - bounded.reach[rings], 0.0)
-        height[rings, 0] = height[rings, 2] - 0.5 * np.log1p(4.0 * a[rings] ** 2 * inner * rows[rings, registry.SIZE])
+        inner = np.maximum(rows[rings, SIZE] - bounded.reach[rings], 0.0)
+        height[rings, 0] = height[rings, 2] - 0.5 * np.log1p(4.0 * a[rings] ** 2 * inner * rows[rings, SIZE])
         height[rings, 1] = reach(rows[rings], bounded.kinds[rings], np.full(rings.sum(), 0.1))
         height[rings, 3] = bounded.reach[rings]
     return height
@@ -127,11 +128,11 @@ def elements_of(bounded: bounds.Bounded, device) -> GaussianElements:
     """The elements on a device, for a scene of which `kind_of` is not ""."""
     rows = bounded.rows
     elements = GaussianElements()
-    center = np.concatenate([rows[:, 5:8], rows[:, [registry.KERNEL]] ** 2], axis=1)
+    center = np.concatenate([rows[:, 5:8], rows[:, [KERNEL_WIDTH]] ** 2], axis=1)
     axis = np.zeros((len(rows), 4))
     for shape, columns, sign in ((bounds.SEGMENT, slice(14, 17), 1.0), (bounds.ARC, slice(17, 20), -1.0)):
         where = bounded.shape == shape
-        axis[where, :3], axis[where, 3] = rows[where, columns], sign * rows[where, registry.SIZE]
+        axis[where, :3], axis[where, 3] = rows[where, columns], sign * rows[where, SIZE]
     for name, values in (("center", center), ("axis", axis), ("height", _heights(bounded))):
         setattr(elements, name, wp.array(values, dtype=wp.vec4, device=device))
     return elements

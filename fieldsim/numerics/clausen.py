@@ -2,10 +2,10 @@
 
 import math
 
+from fieldsim.numerics.constants import TAU
 from fieldsim.portable import portable, real
 
 LN_2 = math.log(2.0)
-TWO_PI = 2.0 * math.pi
 # Where the expansion about 0 hands over to the one about pi.
 SPLIT = 1.7
 
@@ -22,7 +22,7 @@ def clausen(x: real):
     if x < real(0.0):
         sign = -sign
     if y > real(math.pi):
-        y = real(TWO_PI) - y
+        y = real(TAU) - y
         sign = -sign
     if y <= real(0.0):
         return real(0.0)

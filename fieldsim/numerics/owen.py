@@ -8,12 +8,10 @@ Gauss-Legendre nodes then suffice everywhere.
 
 import math
 
+from fieldsim.numerics.constants import HALF_PI, SQRT_2, TAU
 from fieldsim.numerics.error_functions import erfcx
 from fieldsim.portable import portable, real
 
-HALF_PI = math.pi / 2
-TWO_PI = 2 * math.pi
-SQRT_2 = math.sqrt(2.0)
 # exp(-CUT) is beneath rounding.
 CUT = 38.0
 # Beyond this Gaussian tails are taken from their own quadrature, and not as differences.
@@ -120,8 +118,8 @@ def owen_t(h: real, a: real):
     x = abs(h) / real(SQRT_2)
     y = x * abs(a)
     if x == real(0.0):
-        return math.atan(a) / real(TWO_PI)
-    t = math.exp(-x * x) * _scaled(x, y) / real(TWO_PI)
+        return math.atan(a) / real(TAU)
+    t = math.exp(-x * x) * _scaled(x, y) / real(TAU)
     if a < real(0.0):
         t = -t
     return t

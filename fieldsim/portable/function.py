@@ -6,7 +6,7 @@ type, `Table` for a two-dimensional array of reals and `Indices` for a one-dimen
 - literals are `real(0.5)`; a constant that float32 cannot hold exactly is a module constant, `THIRD = 1 / 3`, used as
   `real(THIRD)` (Warp rounds the value of an expression such as `real(1.0 / 3.0)` through float32);
 - mathematics is spelled `math.sqrt`; what a target lacks (log1p, elliptic integrals, ...) is a portable function of
-  `fieldsim.numerics.special`;
+  `fieldsim.numerics`;
 - it may call other portable functions, also of other modules;
 - it may use names declared with `hole`, which `bind` fills: `kernel = hole("r2, width, fold")`, `COUNT = hole()`.
 

@@ -154,7 +154,7 @@ class _Rules(ast.NodeVisitor):
             self.refuse(
                 node,
                 f"uses math.{node.attr}, which not every target has: write it as a portable function "
-                "(see fieldsim.numerics.special)",
+                "(see fieldsim.numerics)",
             )
 
     def visit_Name(self, node):

@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 import warp as wp
 
-from fieldsim.numerics.carlson import carlson_d_pair
-from fieldsim.numerics.special import bessel_scaled, elliptic_dv, exp_slope, log1p, sine_powers
+from fieldsim.numerics.bessel import bessel_scaled
+from fieldsim.numerics.elementary import exp_slope, log1p
+from fieldsim.numerics.elliptic import carlson_d_pair, elliptic_dv
+from fieldsim.numerics.sine_integrals import sine_powers
 from fieldsim.portable import portable, real
 
 # Accepted errors in units of the target's rounding.

@@ -15,7 +15,7 @@ import warp as wp
 from fieldsim import launch
 from fieldsim.copies import ThreadLock
 from fieldsim.errors import PortableError
-from fieldsim.numerics.special import log1p
+from fieldsim.numerics.elementary import log1p
 from fieldsim.portable import Indices, Portable, Table, hole, portable, real, rules
 from fieldsim.portable import function as portable_module
 
@@ -281,7 +281,7 @@ def capturing(power):
 
 
 REFUSED = [
-    (lacks_function, r"lacks_function, line \d+, uses math.expm1, which not every target has: .*special"),
+    (lacks_function, r"lacks_function, line \d+, uses math.expm1, which not every target has: .*numerics"),
     (comprehension, r"comprehension, line \d+, uses List '\[x, x\]'"),
     (array_library, "'np.sqrt': of all modules only math is portable"),
     (undefined, "'nowhere', which is not defined"),

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import targets
 
-from fieldsim.numerics.carlson import carlson_d_trio
-from fieldsim.numerics.special import exp_moment
+from fieldsim.numerics.elementary import exp_moment
+from fieldsim.numerics.elliptic import carlson_d_trio
 from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Newtonian
 from fieldsim.potentials.primitives.arc import Arc
 from fieldsim.potentials.primitives.circle import Circle

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import targets
 
-from fieldsim.numerics.special import sine_powers, sine_sixth
+from fieldsim.numerics.sine_integrals import sine_powers, sine_sixth
 from fieldsim.potentials.kernels import (
     Cauchy,
     Gaussian,

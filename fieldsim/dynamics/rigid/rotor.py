@@ -13,44 +13,12 @@ spheres (P = N = 0) and the separatrix (P = N) are no special cases. (Jacobi 184
 
 import math
 
+from fieldsim.numerics.elliptic import jacobi_functions
 from fieldsim.portable import portable, real
 
-# lambda t of a panel: there the series below and the Gauss-Legendre rule of 6 nodes are exact to rounding, because
+# lambda t of a panel: there `jacobi_functions` and the Gauss-Legendre rule of 6 nodes are exact to rounding, because
 # nothing is singular within pi / 2 of the real axis.
 PANEL = 0.25
-# Taylor coefficients of S: with e = P + N, f = P N,
-# S = t - e t^3/3! + (e^2 + 12 f) t^5/5! - (e^3 + 132 e f) t^7/7! + ...
-C3 = 1 / 6
-C5 = 1 / 120
-C7 = 1 / 5040
-C9 = 1 / 362880
-C11 = 1 / 39916800
-
-
-@portable
-def jacobi_functions(t: real, p: real, n: real):
-    """S, its cosine-like partners C = sqrt(1 - P S^2), D = sqrt(1 - N S^2), for max(P, N) t^2 <= PANEL^2.
-
-    With P = lambda^2 >= N = (k lambda)^2 these are sn(lambda t) / lambda, cn and dn. The series of a quarter of t,
-    doubled twice. Relative error 4e-16.
-    """
-    h = real(0.25) * t
-    e = (p + n) * h * h
-    f = p * n * h * h * h * h
-    series = real(1.0) - real(C3) * e + real(C5) * (e * e + real(12.0) * f)
-    series -= real(C7) * e * (e * e + real(132.0) * f)
-    series += real(C9) * (e * e * e * e + real(1224.0) * e * e * f + real(3024.0) * f * f)
-    series -= real(C11) * e * (e * e * e * e + real(11064.0) * e * e * f + real(132624.0) * f * f)
-    s = h * series
-    c = real(1.0)
-    d = real(1.0)
-    for k in range(3):
-        s2 = s * s
-        c = math.sqrt(real(1.0) - p * s2)
-        d = math.sqrt(real(1.0) - n * s2)
-        if k < 2:
-            s = real(2.0) * s * c * d / (real(1.0) - p * n * s2 * s2)
-    return s, c, d
 
 
 @portable

@@ -2,8 +2,9 @@
 
 import math
 
+from fieldsim.numerics.constants import COS_30, TAU
 from fieldsim.portable import portable, real
-from fieldsim.potentials.formulas.arc.circle import TAU, circle_jet
+from fieldsim.potentials.formulas.arc.circle import circle_jet
 from fieldsim.potentials.formulas.arc.jet import arc_jet, ring_offset, sharp_ends
 from fieldsim.potentials.formulas.arc.powers import arc_powers
 from fieldsim.potentials.formulas.point import point_jet
@@ -16,7 +17,6 @@ from fieldsim.potentials.primitives.point import Point
 from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.potentials.registry import register
 
-COS_30 = math.sqrt(0.75)
 # What the double 2 pi lacks to a full turn.
 GAP = 2.4492935982947064e-16
 

@@ -7,6 +7,7 @@ square.
 
 import math
 
+from fieldsim.numerics.constants import TAU
 from fieldsim.portable import Table, portable, real
 from fieldsim.potentials.formulas.point import EXPONENT_LIMIT
 from fieldsim.potentials.formulas.segment.segment import SPLIT, SPLIT_SINGLE
@@ -15,7 +16,6 @@ from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Metabal
 from fieldsim.potentials.primitives.plane import Plane
 from fieldsim.potentials.registry import register
 
-TWO_PI = 2.0 * math.pi
 # Closer to the plane than this part of the offset from its point, the height is computed with care.
 CLOSE = 0.125
 
@@ -25,14 +25,14 @@ def cauchy_plane(z: real, s: real, fold: real):
     """(F, dF/dz, d2F/dz2) of the Cauchy kernel."""
     h = real(1.0) / (real(1.0) + s * s * z * z)
     f = real(math.pi) * h / (s * s)
-    slope = -real(TWO_PI) * h * h
+    slope = -real(TAU) * h * h
     return f, slope * z, slope * h * (real(1.0) - real(3.0) * s * s * z * z)
 
 
 @portable
 def gaussian_plane(z: real, a: real, fold: real):
     """(F, dF/dz, d2F/dz2) of the Gaussian exp(fold - a^2 r^2), its exponent clamped at EXPONENT_LIMIT."""
-    h = real(TWO_PI) * math.exp(min(fold - a * a * z * z, real(EXPONENT_LIMIT)))
+    h = real(TAU) * math.exp(min(fold - a * a * z * z, real(EXPONENT_LIMIT)))
     return real(0.5) * h / (a * a), -h * z, h * (real(2.0) * a * a * z * z - real(1.0))
 
 
@@ -42,9 +42,9 @@ def inverse_square_plane(z: real, softening: real, fold: real):
     w = math.sqrt(z * z + softening * softening)
     if w == real(0.0):
         return real(math.inf), real(0.0), real(0.0)
-    slope = -real(TWO_PI) / w
+    slope = -real(TAU) / w
     return (
-        -real(TWO_PI) * math.log(w),
+        -real(TAU) * math.log(w),
         slope * (z / w),
         slope / w * ((softening - z) / w) * ((softening + z) / w),
     )
@@ -58,7 +58,7 @@ def newtonian_plane(z: real, softening: real, fold: real):
         return real(0.0), real(0.0), real(0.0)
     u = z / w
     ratio = softening / w
-    return -real(TWO_PI) * z * (z / (w + softening)), -real(TWO_PI) * u, -real(TWO_PI) * ratio * ratio / w
+    return -real(TAU) * z * (z / (w + softening)), -real(TAU) * u, -real(TAU) * ratio * ratio / w
 
 
 @portable
@@ -68,9 +68,9 @@ def _polynomial_plane(z: real, radius: real, fold: real):
     # The difference is exact next to the support's edge.
     y = max((radius - abs(z)) * (radius + abs(z)) / (radius * radius), real(0.0))
     f = real(math.pi) * radius * radius * (real(c2) / real(3.0) + real(c3) * y / real(4.0)) * y * y * y  # noqa: F821 - bound below
-    slope = -real(TWO_PI) * (real(c2) + real(c3) * y) * y * y  # noqa: F821
+    slope = -real(TAU) * (real(c2) + real(c3) * y) * y * y  # noqa: F821
     bend = (real(2.0) * real(c2) + real(3.0) * real(c3) * y) * y  # noqa: F821
-    return f, z * slope, slope + real(2.0) * real(TWO_PI) * u * u * bend
+    return f, z * slope, slope + real(2.0) * real(TAU) * u * u * bend
 
 
 @portable
@@ -79,9 +79,9 @@ def metaball_plane(z: real, radius: real, fold: real):
     u = abs(z) / radius
     level, h, slope = metaball_levels(u)
     return (
-        -real(TWO_PI) * radius * radius * level,
-        -real(TWO_PI) * z * h,
-        -real(TWO_PI) * (h + real(2.0) * u * u * slope),
+        -real(TAU) * radius * radius * level,
+        -real(TAU) * z * h,
+        -real(TAU) * (h + real(2.0) * u * u * slope),
     )
 
 

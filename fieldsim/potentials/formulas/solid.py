@@ -16,7 +16,8 @@ cubature: value, gradient and Hessian keep their digits at any distance.
 
 import math
 
-from fieldsim.numerics.special import log1p
+from fieldsim.numerics.constants import THIRD
+from fieldsim.numerics.elementary import log1p
 from fieldsim.portable import Table, portable, real
 from fieldsim.potentials import registry
 from fieldsim.potentials.formulas.segment.segment import beside_line
@@ -26,7 +27,6 @@ from fieldsim.potentials.primitives.face import Face
 # Beyond this many sizes of a face 16 points of degree 8 err less than closed forms, whose terms cancel.
 FAR = 15.0
 FAR_SINGLE = 2.0
-THIRD = 1 / 3
 SERIES = [1 / k for k in (3, 5, 7, 9, 11, 13, 15, 17)]
 
 

@@ -6,7 +6,8 @@ import mpmath
 import numpy as np
 import pytest
 
-from fieldsim.dynamics.rigid.rotor import PANEL, free_rotor, jacobi_functions
+from fieldsim.dynamics.rigid.rotor import PANEL, free_rotor
+from fieldsim.numerics.elliptic import jacobi_functions
 from fieldsim.numerics.quaternion import matrices
 
 # Inverse moments, descending, and angular momenta: about each axis and next to it, at random, on the separatrix.

@@ -19,17 +19,16 @@ of cos^4 v, so that each product keeps its digits next to the wire.
 import math
 
 from fieldsim.numerics.angles import arctangent
-from fieldsim.numerics.carlson import carlson_d_trio
+from fieldsim.numerics.constants import HALF_PI, TAU, THIRD
+from fieldsim.numerics.elliptic import carlson_d_trio
 from fieldsim.portable import portable, real
-from fieldsim.potentials.formulas.arc.circle import TAU, cauchy_circle, gaussian_circle, newtonian_circle
+from fieldsim.potentials.formulas.arc.circle import cauchy_circle, gaussian_circle, newtonian_circle
 from fieldsim.potentials.formulas.arc.gaussian import gaussian_arc
 from fieldsim.potentials.formulas.arc.jet import arc_jet, plain_ends, plain_offset, ring_offset, sharp_ends
 from fieldsim.potentials.formulas.arc.powers import arc_powers
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
 from fieldsim.potentials.primitives.arc import Arc
 from fieldsim.potentials.registry import register
-
-THIRD = 1 / 3
 
 
 @portable
@@ -267,9 +266,6 @@ def _local(
         fan = gan - fan
         fbn = -fbn
     return f, fa, fb, fn, faa, fbb, fnn, fab, fan, fbn
-
-
-HALF_PI = math.pi / 2
 
 
 @portable

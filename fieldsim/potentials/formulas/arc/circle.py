@@ -8,7 +8,9 @@ with inner = rho - R, outer = rho + R; the Hessian is made of the integrals of i
 
 import math
 
-from fieldsim.numerics.special import bessel_scaled, elliptic_dv
+from fieldsim.numerics.bessel import bessel_scaled
+from fieldsim.numerics.constants import TAU
+from fieldsim.numerics.elliptic import elliptic_dv
 from fieldsim.portable import Table, portable, real
 from fieldsim.potentials.formulas.arc.jet import plain_offset, ring_offset
 from fieldsim.potentials.formulas.point import EXPONENT_LIMIT
@@ -16,7 +18,6 @@ from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
 from fieldsim.potentials.primitives.circle import Circle
 from fieldsim.potentials.registry import register
 
-TAU = 2 * math.pi
 # Ratio of squared distances below which a bare wire may overflow what its field is made of.
 CLOSEST = 1e-30
 

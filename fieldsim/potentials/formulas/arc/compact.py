@@ -7,10 +7,10 @@ edge adds no terms (see `compact_segment`). An arc that leaves the support may c
 
 import math
 
-from fieldsim.numerics.angles import HALF_PI, arctangent, sine_cosine
-from fieldsim.numerics.special import sine_powers, sine_sixth
+from fieldsim.numerics.angles import arctangent, sine_cosine
+from fieldsim.numerics.constants import HALF_PI, TAU
+from fieldsim.numerics.sine_integrals import sine_powers, sine_sixth
 from fieldsim.portable import portable, real
-from fieldsim.potentials.formulas.arc.circle import TAU
 from fieldsim.potentials.formulas.arc.jet import arc_jet, no_ends
 from fieldsim.potentials.kernels import Quartic, SoftObject
 from fieldsim.potentials.primitives.arc import Arc

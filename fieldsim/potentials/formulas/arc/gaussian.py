@@ -7,12 +7,13 @@ a peak of which one side or both lie in the range up to the cut, these sides are
 
 import math
 
-from fieldsim.numerics.angles import HALF_PI, arctangent, sine_cosine
-from fieldsim.numerics.special import bessel_scaled, exp_moment, exp_slope
+from fieldsim.numerics.angles import arctangent, sine_cosine
+from fieldsim.numerics.bessel import bessel_scaled
+from fieldsim.numerics.constants import HALF_PI, QUARTER_PI
+from fieldsim.numerics.elementary import exp_moment, exp_slope
 from fieldsim.portable import portable, real
 from fieldsim.potentials.formulas.point import EXPONENT_LIMIT
 
-QUARTER_PI = math.pi / 4
 # Added to 1, it is lost in float32 but not in float64.
 TINY = 1e-10
 # Below this exponent everything is 0, in float64 as well.

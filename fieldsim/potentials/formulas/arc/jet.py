@@ -6,13 +6,13 @@ Closer to a bare source than the type can hold them, derivatives are 0, as on it
 import math
 
 from fieldsim.numerics.angles import sine_cosine
+from fieldsim.numerics.constants import TAU
 from fieldsim.portable import Table, portable, real
 from fieldsim.potentials.formulas.arc.ends import BESIDE, BESIDE_SINGLE, beside_end, beside_start
 from fieldsim.potentials.formulas.segment.segment import SPLIT, SPLIT_SINGLE
 
 # Closer to the ring than this part of its radius, the offset from it is computed with care.
 CLOSE = 0.125
-TAU = 2 * math.pi
 
 
 @portable

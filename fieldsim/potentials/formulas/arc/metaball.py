@@ -9,11 +9,11 @@ Moments are named by their powers: of sin^2 v (`s`), of sin v cos v (`sc`), over
 
 import math
 
-from fieldsim.numerics.angles import HALF_PI, sine_cosine
-from fieldsim.numerics.carlson import carlson_d_pair
-from fieldsim.numerics.special import sine_powers
+from fieldsim.numerics.angles import sine_cosine
+from fieldsim.numerics.constants import HALF_PI, TAU
+from fieldsim.numerics.elliptic import carlson_d_pair
+from fieldsim.numerics.sine_integrals import sine_powers
 from fieldsim.portable import portable, real
-from fieldsim.potentials.formulas.arc.circle import TAU
 from fieldsim.potentials.formulas.arc.compact import middle, reach
 from fieldsim.potentials.formulas.arc.jet import arc_jet, no_ends
 from fieldsim.potentials.kernels import Metaball

@@ -11,12 +11,9 @@ case; none is lost as m -> 0.
 
 import math
 
+from fieldsim.numerics.constants import HALF_PI, THIRD, TWO_THIRDS
 from fieldsim.portable import portable, real
 from fieldsim.potentials.formulas.segment.inverse_powers import sixth_power
-
-HALF_PI = math.pi / 2
-THIRD = 1 / 3
-TWO_THIRDS = 2 / 3
 
 
 @portable

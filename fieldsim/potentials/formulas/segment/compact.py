@@ -6,15 +6,14 @@ integrals of the kernel's over the same clipped part, without terms from its mov
 
 import math
 
-from fieldsim.numerics.special import log1p
+from fieldsim.numerics.constants import THIRD
+from fieldsim.numerics.elementary import log1p
 from fieldsim.portable import portable, real
 from fieldsim.potentials.formulas.compact import quartic, soft_object
 from fieldsim.potentials.formulas.segment.segment import segment_jet
 from fieldsim.potentials.kernels import Metaball, Quartic, SoftObject
 from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.potentials.registry import register
-
-THIRD = 1 / 3
 
 
 @portable

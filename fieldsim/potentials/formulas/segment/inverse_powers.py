@@ -2,11 +2,9 @@
 
 import math
 
+from fieldsim.numerics.constants import HALF_PI, THIRD, TWO_THIRDS
 from fieldsim.portable import portable, real
 
-HALF_PI = math.pi / 2
-THIRD = 1 / 3
-TWO_THIRDS = 2 / 3
 FIVE_SIXTHS = 5 / 6
 
 

@@ -11,8 +11,8 @@ where differences of antiderivatives would cancel.
 
 import math
 
+from fieldsim.numerics.elementary import log1p
 from fieldsim.numerics.error_functions import erfcx
-from fieldsim.numerics.special import log1p
 from fieldsim.portable import Table, portable, real
 from fieldsim.potentials.formulas.point import EXPONENT_LIMIT, FAR
 from fieldsim.potentials.formulas.segment.inverse_powers import inverse_powers

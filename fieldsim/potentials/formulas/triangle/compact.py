@@ -6,6 +6,7 @@ piece with roots r = sqrt(g^2 + t^2), g^2 = d^2 + z^2. Interfaces as in `triangl
 
 import math
 
+from fieldsim.numerics.constants import THIRD
 from fieldsim.portable import portable, real
 from fieldsim.potentials.formulas.segment.segment import newtonian_segment
 from fieldsim.potentials.formulas.triangle.edges import angles, formula
@@ -17,7 +18,6 @@ from fieldsim.potentials.registry import register
 # SoftObject: h = 5/9 y^2 + 4/9 y^3 with y = 1 - u^2; the quartic kernel: y^2.
 SOFT_2 = 5 / 9
 SOFT_3 = 4 / 9
-THIRD = 1 / 3
 # -H(0) / R^2 of the Metaball.
 METABALL_CORE = 13 / 108
 

@@ -6,9 +6,10 @@ z^2 + softening^2: Cauchy is F = P / s^4, and the inverse square has dF/d(zeta) 
 
 import math
 
-from fieldsim.numerics.arctangent import angle_and_rest, angle_of
+from fieldsim.numerics.angles import arctangent, arctangent_and_rest
 from fieldsim.numerics.clausen import clausen
-from fieldsim.numerics.special import COS_30, sine_fourth_series
+from fieldsim.numerics.constants import COS_30
+from fieldsim.numerics.sine_integrals import sine_fourth_series
 from fieldsim.portable import portable, real
 from fieldsim.potentials.formulas.triangle.cubature import points_a_side
 from fieldsim.potentials.formulas.triangle.edges import formula
@@ -40,7 +41,7 @@ def lorentzians(g2: real, lo: real, length: real):
     cos = (g2 + lo * hi) * root
     turn = length * root  # sin(angle) / g
     sin = g * turn
-    angle, rest = angle_and_rest(sin, cos)
+    angle, rest = arctangent_and_rest(sin, cos)
     first = angle * per
     square = real(0.5) * (angle - sin * cos) * (per * per * per)
     if cos > real(COS_PI_8):
@@ -111,10 +112,10 @@ def far_strip(d: real, lo: real, length: real, zeta: real):
     down = base_d * base_g + d * g * length * length
     turn = real(0.0)
     if zeta > real(0.0):
-        turn = angle_of(across * zeta, down) / zeta
+        turn = arctangent(across * zeta, down) / zeta
     else:
         turn = across / down
-    return angle_of(d * length, base_d) / (g * (g + d)) + d / g * turn
+    return arctangent(d * length, base_d) / (g * (g + d)) + d / g * turn
 
 
 @portable
@@ -210,8 +211,8 @@ def _sector(t: real, d: real, g: real, zeta: real, log_wide: real, log_near: rea
     Cl2(2 (theta + eta))) / 4 is that for scale = g: k = d / g, q = (1 - k) / (1 + k), eta = atan(t / g); from Lewin's
     (1981, 5.5) Im Li2. log_wide: log((g + d) / scale); log_near: log(zeta / (g + d)^2) = log q.
     """
-    theta = angle_of(t, d)
-    eta = angle_of(t, g)
+    theta = arctangent(t, d)
+    eta = arctangent(t, g)
     # theta - eta, from its tangent where little is left of that.
     split = t * (zeta / (g + d)) / (d * g + t * t)
     if abs(split) < real(THIN):

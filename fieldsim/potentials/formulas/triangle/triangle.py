@@ -15,12 +15,11 @@ of a conical Gauss rule are exact to rounding, and farther away fewer.
 
 import math
 
-from fieldsim.numerics.arctangent import angle_of, turned
+from fieldsim.numerics.angles import arctangent, turned
+from fieldsim.numerics.constants import TAU, THIRD
 from fieldsim.portable import Table, portable, real
 
 FAR = 6.0
-THIRD = 1 / 3
-TWO_PI = 2 * math.pi
 # Closer than this many sizes to the plane or a line, and farther than the root of AT_CORNER from a corner, with care.
 CLOSE = 1e-3
 AT_CORNER = 1e-12
@@ -157,9 +156,9 @@ def near_by(
         x_1, y_1, turns_1 = turned(x_1, y_1, turns_1, cos_1, sin_1)
         x_2, y_2, turns_2 = turned(x_2, y_2, turns_2, cos_2, sin_2)
         x_3, y_3, turns_3 = turned(x_3, y_3, turns_3, cos_3, sin_3)
-    angle_1 = angle_of(y_1, x_1) + real(TWO_PI) * turns_1
-    angle_2 = angle_of(y_2, x_2) + real(TWO_PI) * turns_2
-    angle_3 = angle_of(y_3, x_3) + real(TWO_PI) * turns_3
+    angle_1 = arctangent(y_1, x_1) + real(TAU) * turns_1
+    angle_2 = arctangent(y_2, x_2) + real(TAU) * turns_2
+    angle_3 = arctangent(y_3, x_3) + real(TAU) * turns_3
     f, fz, fzz = total(  # noqa: F821 - bound by the kernel
         sum_1, sum_2, sum_3, sum_4, angle_1, angle_2, angle_3, z, k, fold, outside, fxx + fyy
     )

@@ -1,6 +1,6 @@
 """Print figures: `python -m benchmarks [PART ...] [--json] [--full]`.
 
-The parts are accuracy, fields, motion, precision, contact, mujoco, render, referee and film; all unless told. Each is
+The parts are accuracy, fields, motion, precision, contact, mujoco, render, referee and film; default all. Each is
 a module with a function `rows()` that yields dicts: name, value, unit, and where a peer is installed peer (its name),
 peer_value and ratio (value / peer_value). A part or a peer that is not there is passed over with a word.
 """
@@ -35,7 +35,7 @@ def measured(part, full):
 @click.option("as_json", "--json", is_flag=True, help="One JSON object per line.")
 @click.option("--full", is_flag=True, help="The long runs too: minutes.")
 def main(parts, as_json, full):
-    """Measure PARTS and print the figures; all parts unless told."""
+    """Measure PARTS and print the figures; default all parts."""
     rows = (row for part in parts or PARTS for row in measured(part, full))
     if as_json:
         for row in rows:

@@ -181,7 +181,7 @@ class Run:
 
 
 def growth_runs(turns, names=None, count=8):
-    """Many orbits of the donut under the integrators of these names, all unless told, and under the peer, by name."""
+    """Many orbits of the donut under the integrators of these names (default all) and under the peer, by name."""
     times = PERIOD * np.unique(np.geomspace(1, turns, 40).round())
     starts = orbits(count)
     chosen = {f"Radau({tolerance:g})": Radau(tolerance) for tolerance in (1e-9, 1e-8)}

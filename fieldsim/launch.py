@@ -103,7 +103,7 @@ class _Loading:
 
     @contextlib.contextmanager
     def counted(self, aloud=True):
-        """Count the time of a block, of a block within a block once; aloud: a user who waits for it is told why."""
+        """Count the time of a block, a nested block counts once; aloud: say to a waiting user what takes time."""
         outer = self.started
         self.started = outer or time.perf_counter()
         try:
@@ -248,7 +248,7 @@ class _Slices:
 def launch(kernel, count, inputs, outputs=(), *, device, grain=256, threads=None, parts=1):
     """Run `kernel(start, *inputs, *outputs)` for `count` items.
 
-    On a CPU, slices run on `threads` threads (all cores unless told), of at least `grain` items where these take little
+    On a CPU, slices run on `threads` threads (default all cores), of at least `grain` items where these take little
     time; results do not depend on the slicing as long as items do not write to the same place.
     Ctrl-C is obeyed between slices. parts: of how many parts an item consists, such as rays, if that varies.
     """

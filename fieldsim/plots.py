@@ -114,7 +114,7 @@ class Picture:
         validate.fields(self, validate.text, "title")
 
     def save(self, path, size=None) -> None:
-        """Draw at `size` (960x720 unless told) and write to `path`, which ends in .png, .svg or .pdf.
+        """Draw at `size` (default 960x720) and write to `path`, which ends in .png, .svg or .pdf.
 
         The file appears when it is complete. Raises InputError for a path that cannot be, before anything is drawn.
         """

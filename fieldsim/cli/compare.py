@@ -12,8 +12,8 @@ def compare_options():
     """The options of a comparison."""
     shared = [option for option in film_options() if option.name in ("size", "device", "debug")]
     return [
-        click.Option(["--solver"], multiple=True, metavar="NAME", help="Two of them; hermite and referee unless told."),
-        click.Option(["--time"], type=float, help="Moment of the scenario; its start unless told."),
+        click.Option(["--solver"], multiple=True, metavar="NAME", help="Two of them; default hermite and referee."),
+        click.Option(["--time"], type=float, help="Moment of the scenario; default its start."),
         click.Option(["--out"], type=FilePath(), metavar="FILE", help="The picture of differences, .png or .svg."),
         *shared,
     ]
@@ -21,10 +21,10 @@ def compare_options():
 
 def compare_command(build, name):
     """The command that compares two solvers on a frame of what `build` gives."""
-    return command_of(build, name, compare_options(), lambda told, options: _compare(build, name, told, options))
+    return command_of(build, name, compare_options(), lambda given, options: _compare(build, name, given, options))
 
 
-def _compare(build, name, told, options):
+def _compare(build, name, given, options):
     from fieldsim import plots
     from fieldsim.filming import comparing
     from fieldsim.launch import device_named
@@ -39,7 +39,7 @@ def _compare(build, name, told, options):
         if len(names) != 2:
             raise InputError(f"--solver was given {len(names)} times; give it twice")
     device_named(options["device"])
-    scenario = scenarios.call(build, told)
+    scenario = scenarios.call(build, given)
     if isinstance(scenario, plots.Picture):
         raise InputError(f"{name} draws a plot; there is nothing to compare")
     result = comparing.compare(

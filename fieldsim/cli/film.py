@@ -29,13 +29,13 @@ def film_options():
             metavar="FILE",
             help="Where to: .mp4, .gif, .png (last frame), folder/ or name_%04d.png; a plot: .png, .svg.",
         ),
-        click.Option(["--size"], type=Size(), metavar="WxH", help="Pixels of a frame; 640x360 unless told."),
-        click.Option(["--fps"], type=Positive(), help="Frames per second; the scenario's unless told."),
-        click.Option(["--duration"], type=Positive(), help="Seconds of film; the scenario's unless told."),
+        click.Option(["--size"], type=Size(), metavar="WxH", help="Pixels of a frame; default 640x360."),
+        click.Option(["--fps"], type=Positive(), help="Frames per second; default the scenario's."),
+        click.Option(["--duration"], type=Positive(), help="Seconds of film; default the scenario's."),
         click.Option(
-            ["--device"], type=Device(), metavar="cpu|cuda", default="cpu", help="Where to compute; cpu unless told."
+            ["--device"], type=Device(), metavar="cpu|cuda", default="cpu", help="Where to compute; default cpu."
         ),
-        click.Option(["--quality"], type=click.Choice(["draft", "final"]), help="draft is faster; final unless told."),
+        click.Option(["--quality"], type=click.Choice(["draft", "final"]), help="draft is faster; default final."),
         click.Option(
             ["--record"],
             type=FilePath(),
@@ -52,7 +52,7 @@ def film_options():
             ["--integrator"],
             type=Integrator(),
             metavar="NAME[:NUMBER]",
-            help="How things move: auto, radau, leapfrog:1e-3, blanesmoan6:0.05, ...; the scenario's unless told.",
+            help="How things move: auto, radau, leapfrog:1e-3, blanesmoan6:0.05, ...; default the scenario's.",
         ),
         click.Option(
             ["--energy-plot"],
@@ -63,7 +63,7 @@ def film_options():
         click.Option(
             ["--mode"],
             type=click.Choice(MODES),
-            help="Bodies as soft surfaces, as hard shapes, or as lines; soft unless told.",
+            help="Bodies as soft surfaces, as hard shapes, or as lines; default soft.",
         ),
         click.Option(
             ["--layer"],
@@ -95,12 +95,12 @@ def scenario_option(parameter):
 
 
 def own_values(own, options, values) -> dict:
-    """The values of `build`'s parameters `own`; of those that share an option's name, its value, where it is told.
+    """The values of `build`'s parameters `own`; of those that share an option's name, its value, if it is given.
 
     Raises UsageError for one that has none.
     """
     shared = {option.name for option in options}
-    told = {}
+    given = {}
     for parameter in own:
         value = values[parameter.name]
         if parameter.name in shared and (value is None or value is False):
@@ -109,8 +109,8 @@ def own_values(own, options, values) -> dict:
             continue
         if parameter.kind is int and value is not None and value != int(value):
             raise click.UsageError(f"--{parameter.name} is {value:g}; this scenario takes a whole number")
-        told[parameter.name] = int(value) if parameter.kind is int and value is not None else value
-    return told
+        given[parameter.name] = int(value) if parameter.kind is int and value is not None else value
+    return given
 
 
 def command_of(build, name: str, options, callback, **settings) -> click.Command:
@@ -163,20 +163,20 @@ def film_command(build, name: str, extra=(), prepare=None) -> click.Command:
     """The command that films what `build` gives: the options of every film and those of its own parameters.
 
     A parameter of `build` that is named like a film's option, such as `duration`, is given that option's value, where
-    it is told.
+    it is given.
     extra: options besides; prepare: a function of the name and the options' values that checks and takes out those of
     the extra ones, and returns the film's name and a function from the scenario to the one to be filmed and options of
     `film.film`.
     """
 
-    def callback(told, options):
+    def callback(given, options):
         del options["debug"]
-        _film(build, *(prepare(name, options) if prepare else (name, None)), told, options)
+        _film(build, *(prepare(name, options) if prepare else (name, None)), given, options)
 
     return command_of(build, name, [*extra, *film_options()], callback, context_settings={"max_content_width": 120})
 
 
-def _film(build, name, adapt, told, options):
+def _film(build, name, adapt, given, options):
     """Check what the machine and the disk say about the request, build, film or draw, report."""
     from fieldsim import plots
     from fieldsim.filming import film
@@ -197,7 +197,7 @@ def _film(build, name, adapt, told, options):
         if out and energy_plot and os.path.realpath(out) == os.path.realpath(energy_plot):
             raise InputError(f"--out and --energy-plot are one file, {out}; give two names")
     device_named(options["device"])
-    scenario = scenarios.call(build, told)
+    scenario = scenarios.call(build, given)
     if isinstance(scenario, plots.Picture):
         if energy_plot or adapt or any(options[key] for key in ("integrator", "record", "replay", "mode", "layer")):
             words = "models, --record, --replay, --mode, --layer, --integrator and --energy-plot are for films"

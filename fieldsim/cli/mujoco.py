@@ -8,7 +8,7 @@ from fieldsim.cli.film import film_command, film_options, usage
 from fieldsim.cli.types import Positive
 from fieldsim.errors import InputError
 
-# Of a contact where nothing is told: how deep a hit goes, and what it takes.
+# Defaults of a contact: how deep a hit goes, its damping and friction.
 DEPTH, DAMPING, FRICTION = 0.1, 0.5, 0.5
 
 
@@ -17,19 +17,17 @@ def _own_options():
     return [
         click.Option(["--skin"], is_flag=True, help="Draw the model as one soft surface on its geoms."),
         click.Option(["--no-contact"], is_flag=True, help="Let the bodies pass through the planets."),
-        click.Option(
-            ["--speed"], type=Positive(), help="Fastest hit on a planet to expect; from the fall unless told."
-        ),
-        click.Option(["--depth"], type=Positive(), help=f"How deep that goes, in radii; {DEPTH:g} unless told."),
+        click.Option(["--speed"], type=Positive(), help="Fastest hit on a planet to expect; default from the fall."),
+        click.Option(["--depth"], type=Positive(), help=f"How deep that goes, in radii; default {DEPTH:g}."),
         click.Option(
             ["--timestep"],
             type=Positive(),
-            help="MuJoCo's step; the model's unless told, or less where contact needs it.",
+            help="MuJoCo's step; default the model's, or less where contact needs it.",
         ),
-        click.Option(["--damping"], type=float, help=f"What hits lose, 0 for nothing; {DAMPING:g} unless told."),
-        click.Option(["--friction"], type=float, help=f"Coulomb's coefficient on planets; {FRICTION:g} unless told."),
+        click.Option(["--damping"], type=float, help=f"What hits lose, 0 for nothing; default {DAMPING:g}."),
+        click.Option(["--friction"], type=float, help=f"Coulomb's coefficient on planets; default {FRICTION:g}."),
         click.Option(
-            ["--keep-gravity"], is_flag=True, help="Keep the model's own gravity, which is switched off unless told."
+            ["--keep-gravity"], is_flag=True, help="Keep the model's own gravity, which is switched off by default."
         ),
         click.Option(
             ["--beside"], is_flag=True, help="MuJoCo's own picture of the model alone to the right; needs OpenGL."
@@ -87,6 +85,6 @@ def _contact(world, model, own):
 
     if own["no_contact"] or all(body.surface is None for body in world.bodies):
         return None
-    told = {key: own[key] for key in ("depth", "damping", "friction") if own[key] is not None}
+    given = {key: own[key] for key in ("depth", "damping", "friction") if own[key] is not None}
     speed = own["speed"] or hit_speed(world, model)
-    return Contact(speed, **{"depth": DEPTH, "damping": DAMPING, "friction": FRICTION, **told})
+    return Contact(speed, **{"depth": DEPTH, "damping": DAMPING, "friction": FRICTION, **given})

@@ -59,7 +59,7 @@ class Auto(Integrator):
     tolerance: of the energy, or the Jacobi integral where all that pulls turns, of each particle that touches nothing,
     and of that of free bodies together and of particles that pull each other together, relative to kinetic plus
     absolute potential energy; where nothing is kept, of the difference to half the step, as it may grow in 30 spans.
-    span: duration of a trial, about an orbit unless told. candidates: the methods to choose from; only those that know
+    span: duration of a trial, default about an orbit. candidates: the methods to choose from; only those that know
     all that is in the world are tried, Radau with its own tolerance.
 
     A sample of the particles (64, and all that pull each other) first flies ahead for 30 spans, and the trials begin
@@ -126,7 +126,7 @@ def integrator_of(owner: str, value) -> Integrator:
 
 
 def integrator_named(text: str) -> Integrator:
-    """The integrator called `text`: a method's name in any case, and after a colon its step or tolerance if told.
+    """The integrator called `text`: a method's name in any case, optionally a colon and its step or tolerance.
 
     Such as "auto", "auto:1e-6", "radau", "leapfrog:1e-3", "kahanli8:0.05". Raises InputError for others.
     """

@@ -14,8 +14,8 @@ from fieldsim.arrays import kept
 from fieldsim.copies import Uncopied
 from fieldsim.dynamics.auto import Auto, Choice, choose, integrator_of
 from fieldsim.dynamics.bare_sources import refuse_particles_on_sources
-from fieldsim.dynamics.contact.events import Events, balls_of, events_of
-from fieldsim.dynamics.contact.particle_state import MOVING, WRITTEN, Balls
+from fieldsim.dynamics.contact.events import Events, contact_particles, events_of
+from fieldsim.dynamics.contact.particle_state import MOVING, WRITTEN, ContactParticles
 from fieldsim.dynamics.contact.release import released
 from fieldsim.dynamics.contact.surfaces import Surfaces
 from fieldsim.dynamics.integrators.splittings import moments
@@ -51,8 +51,8 @@ def _parts_of(world):
 class Simulation(Uncopied):
     """A world's free bodies and particles in motion; bodies pull particles, not particles bodies.
 
-    integrator: `Leapfrog()` unless told; "auto" is `Auto()`, in whose place comes its `choice`. time: where it starts.
-    device: "cpu" (default), "cuda", ...; threads: CPU threads (all cores unless told). State is float64, with
+    integrator: default `Leapfrog()`; "auto" is `Auto()`, which is replaced by its `choice`. time: of the start.
+    device: "cpu" (default), "cuda", ...; threads: CPU threads (default all cores). State is float64, with
     compensated summation. The same inputs give the same bytes, whatever the number of threads.
     log: how many events at surfaces are kept of each particle, the latest (see `events`).
     """
@@ -88,7 +88,7 @@ class Simulation(Uncopied):
         self._eventful = bool(self._surfaces) or world.escape_radius is not None
         kept = log if self._eventful else 0
         validate.bounded("Simulation", "events in its log", kept * self._count, MOST_EVENTS, "give a smaller log")
-        self._balls = balls_of(world.particles, world.escape_radius, grain, kept, self.device)
+        self._balls = contact_particles(world.particles, world.escape_radius, grain, kept, self.device)
         self._state.x = self._released(self._state.x)
         refuse_particles_on_sources(world, world.at(self.time).poses, self.time, self.positions)
         if isinstance(self.integrator, Auto):
@@ -113,7 +113,7 @@ class Simulation(Uncopied):
         return len(self._state.x)
 
     def _surfaces_of(self, world):
-        """What particles may touch, or None."""
+        """The surfaces that particles may touch, or None."""
         touching = any(particles.contact for particles in world.particles)
         return Surfaces(world, self.time, self._free.poses) if touching else None
 
@@ -313,10 +313,10 @@ class Simulation(Uncopied):
         fresh = state_of(positions, velocities, self.device)
         fresh.a = self._pull(fresh.x)
         renew(State, self._state, fresh, changed)
-        balls = Balls()
+        balls = ContactParticles()
         balls.spins = wp.array(spins, dtype=wp.vec3d, device=self.device)
         balls.states = wp.full(self._count, MOVING, dtype=wp.int32, device=self.device)
-        renew(Balls, self._balls, balls, changed, ("spins", "states"))
+        renew(ContactParticles, self._balls, balls, changed, ("spins", "states"))
         if self.radau:
             self.radau.restart(changed, fresh.x, fresh.v, self.time)
 

@@ -36,7 +36,7 @@ def state_of(positions, velocities, device) -> State:
 
 
 def renew(kind, table, fresh, which, names=None) -> None:
-    """Rows `which` (N,) of the arrays `names` (all unless told) of a Warp struct are those of `fresh` from now on."""
+    """Replace rows `which` (N,) of the arrays `names` (default all) of a Warp struct by those of `fresh`."""
     for name in names or kind.vars:
         array = getattr(table, name)
         rows = array.numpy().copy()

@@ -81,7 +81,7 @@ def lets_sleep(model) -> bool:
 
 
 def gravity(model, keep) -> None:
-    """Refuse a model whose own gravity is on, unless it is told what to do with it."""
+    """Refuse a model whose own gravity is on, unless an option says what to do with it."""
     off = model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY
     if keep is None and not off and np.any(model.opt.gravity):
         raise InputError(

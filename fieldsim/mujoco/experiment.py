@@ -83,10 +83,10 @@ class Experiment(Scenario):
     def of(cls, scenario: Scenario, model, **options) -> "Experiment":
         """The experiment of a model in a scenario: its world, camera, times and integrator; options: as above."""
         validate.instance("Experiment.of", "scenario", scenario, Scenario, "give a fs.Scenario")
-        told = {field.name: getattr(scenario, field.name) for field in dataclasses.fields(Scenario)}
+        given = {field.name: getattr(scenario, field.name) for field in dataclasses.fields(Scenario)}
         if not scenario.world.particles:
-            del told["integrator"]
-        return cls(**told | {"model": model} | options)
+            del given["integrator"]
+        return cls(**given | {"model": model} | options)
 
     @functools.cached_property
     def scene(self) -> Scene:

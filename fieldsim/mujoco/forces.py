@@ -33,15 +33,15 @@ from fieldsim.world.body import Body
 from fieldsim.world.world import World
 
 ACCURACIES = ("points", "geoms", "torque")
-# What is told once.
+# Attributes that are set when the field is made, and cannot be changed.
 FIXED = ("model", "data", "sources", "bodies", "accuracy", "contact", "keep_gravity", "native")
 NOTHING = np.empty((0, 8))
-# Gravity that was switched off: a zero that can be told from one that a user sets.
+# Marks gravity that was switched off: a zero that differs in its bits from one that a user sets.
 OFF = -0.0
 
 
 class FieldForces(Uncopied):
-    """Gravity, and contact if told, of fields on the bodies of a MuJoCo model, as a context manager.
+    """Gravity, and optionally contact, of fields on the bodies of a MuJoCo model, as a context manager.
 
         with fs.mujoco.FieldForces(model, data, planet):
             mujoco.mj_step(model, data)
@@ -51,7 +51,7 @@ class FieldForces(Uncopied):
     other models are left alone, and may be in fields of their own at the same time, in threads of their own too.
 
     sources: a Field, a Body or a World, or several; Bodies may move (Pose, Spin, Keyframes, functions of time) and
-    deform. bodies: names or numbers of those that feel them, all that have mass and move unless told.
+    deform. bodies: names or numbers of the bodies that feel them, default all that have mass and move.
     accuracy: "points": the pull on six mass points with the body's inertia, right to the fourth order in its size over
     its distance; "geoms": on points all over the geoms; "torque": the pull at the centre of mass and the torque of its
     gradient, at a third of the cost of "points", but without the tide's pull, so that the energy is not kept.
@@ -451,7 +451,7 @@ class FieldForces(Uncopied):
             return sensors.readings(self, data, self._sensed)
 
     def gravity_at(self, points, time: float | None = None) -> np.ndarray:
-        """Accelerations (N, 3) by the field's gravity at points (N, 3) of the world, at data.time unless told."""
+        """Accelerations (N, 3) by the field's gravity at points (N, 3) of the world, default at data.time."""
         points = validate.points("FieldForces.gravity_at", "points", points)
         if not len(self._gravity):
             return np.zeros_like(points)

@@ -136,7 +136,7 @@ class DonutLander(gymnasium.Env):
         return observation, float(reward), bool(landed or crashed or lost), False, self._told(landed, crashed, lost)
 
     def render(self):
-        """The picture of this moment, (240, 320, 3) uint8, ray traced; None where no render_mode was told."""
+        """The picture of this moment, (240, 320, 3) uint8, ray traced; None without a render_mode."""
         if self.render_mode is None:
             return None
         mujoco.mj_kinematics(self.model, self.data)

@@ -77,7 +77,7 @@ def color_of(model, number: int, of: str = "geom") -> np.ndarray:
 
 
 def seen(model, of: str) -> list[int]:
-    """The things of a sort that MuJoCo shows unless told otherwise: of groups 0 to 2, and not wholly transparent."""
+    """The objects of a type that MuJoCo shows by default: of groups 0 to 2, and not wholly transparent."""
     groups = getattr(model, f"{of}_group")
     return [k for k in range(len(groups)) if groups[k] in SEEN_GROUPS and color_of(model, k, of)[3] > 0.0]
 
@@ -105,7 +105,7 @@ def listed(names) -> str:
     return ", ".join(names[:MOST_NAMED]) + more
 
 
-# Numbers of things by which models are told apart.
+# Counts of objects by which models are distinguished.
 COUNTS = ("nq", "nv", "na", "nu", "nbody", "njnt", "ngeom", "nsite", "nmocap", "nmesh")
 
 

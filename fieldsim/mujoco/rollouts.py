@@ -42,7 +42,7 @@ def rollout(forces, starts, steps: int, *, controls=None, threads: int | None = 
     Sensors are MuJoCo's own: to some of them the field is a push (see `FieldForces.readings`).
     What no state holds is as the model has it, whatever forces.data has: mocap bodies and equalities, of which a
     FieldsimWarning tells, and applied forces, which are 0.
-    starts (worlds, state): see `state_of`; controls (worlds or 1, steps or 1, nu). threads: all cores unless told. The
+    starts (worlds, state): see `state_of`; controls (worlds or 1, steps or 1, nu). threads: default all cores. The
     forces may be active already. A world that blows up stays as it was then, with a FieldsimWarning. Raises InputError
     for what does not fit, and for forces that need Python (functions of time, native=False, or a callback of Python's
     that was there before): threads would queue for its lock.

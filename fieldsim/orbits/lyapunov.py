@@ -50,7 +50,7 @@ def lyapunov(
 
     Bodies move as they do in a simulation, free ones too: no particle acts on them.
     count: how many exponents, 1..6; samples: equally spaced times at which they are given; seed: of the first tangent
-    vectors. integrator: a splitting without force gradients (`Leapfrog()` unless told). Raises InputError for others,
+    vectors. integrator: a splitting without force gradients (default `Leapfrog()`). Raises InputError for others,
     and where particles have a contact law, may escape or pull each other.
     """
     given_world("lyapunov", world)

@@ -77,7 +77,7 @@ class Crossings:
 def poincare(world, section: Section, duration: float, integrator=None, *, device=None, threads=None) -> Crossings:
     """Follow the particles of `world` for `duration` and collect where they pierce `section`.
 
-    integrator: `Leapfrog()` unless told. Under a splitting a crossing is found on the quintic through position,
+    integrator: default `Leapfrog()`. Under a splitting a crossing is found on the quintic through position,
     velocity and acceleration at both ends of a step (error dt^6), under `Radau` to rounding. An orbit that pierces
     the plane twice within one step only touches it, and is not seen to. Bodies move as they do in a simulation, free
     ones too. Raises InputError where particles have a contact law, may escape or pull each other.

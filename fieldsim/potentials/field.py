@@ -108,7 +108,7 @@ class Field:
     def mesh(self, level: float, *, resolution: int | None = None, tolerance: float | None = None) -> TriangleMesh:
         """The surface F = level as a closed `TriangleMesh`, its vertices on the true surface.
 
-        resolution: grid cells along its longest side, 64 unless told; or tolerance: greatest distance of the mesh from
+        resolution: grid cells along its longest side, default 64; or tolerance: greatest distance of the mesh from
         the surface. For fields of positive strengths. Raises InputError where there is no closed surface.
         """
         from fieldsim.potentials.meshes.isosurface import level_mesh
@@ -285,7 +285,7 @@ def gravity(primitives, mass, *, G=1.0, kernel: Kernel | None = None) -> Field:
     """The field whose gradient is the acceleration towards a skeleton of the given mass.
 
     The mass is spread evenly over the skeleton's total measure (arc length, area; points count 1 each):
-    strength = G mass / measure. The kernel is Newtonian unless told. The mass may be negative, or a function of time.
+    strength = G mass / measure. The default kernel is Newtonian. The mass may be negative, or a function of time.
     Raises InputError for a mass or G that is not finite, for a skeleton that mixes points, curves and surfaces, and for
     profiled primitives: a profile shapes a surface and is no density.
     """

@@ -163,7 +163,7 @@ class Archive:
 
     @contextlib.contextmanager
     def _opened(self, info):
-        """The bytes of an entry; whatever comes of damage within is told in words."""
+        """The bytes of an entry; whatever damage it has is reported by a message."""
         try:
             with self._file.open(info) as stream:
                 yield stream

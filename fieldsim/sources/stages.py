@@ -44,7 +44,7 @@ class Sources:
     """What a world's bodies contribute in one role ("gravity" or "surface").
 
     free: function (index of a free body, times) -> its rotation matrices (stages, 3, 3) and positions (stages, 3),
-    where they start unless told. prescribed: leave the free bodies out.
+    default where they start. prescribed: leave the free bodies out.
     """
 
     def __init__(self, world, role: str, time: float, free=None, *, prescribed: bool = False):

@@ -11,7 +11,7 @@ from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.world.color import linear_of
 
-# Kinds of files, told apart by their content, that Pillow reads by itself: for others, such as PostScript, it would
+# Kinds of files, recognised by their content, that Pillow reads by itself: for others, such as PostScript, it would
 # start programs.
 KINDS = ("PNG", "JPEG", "GIF", "BMP", "TIFF", "WEBP", "PPM")
 

@@ -20,9 +20,9 @@ class Rigid(Pose):
     position, rotation: the pose at the start, as of any `Pose`. velocity: of the centre of mass, angular_velocity
     (radians per unit of time): both in the world's frame.
     inertia: "skeleton": the mass lies on the skeleton; "solid": it fills the body's surface evenly; or a matrix (3, 3)
-    about the centre of mass, in the body's frame. mass: resists acceleration, the body's own unless told. center: the
-    centre of mass in the body's frame, the skeleton's or the solid's unless told.
-    stiffness: energy per area of contacts (see `fieldsim.dynamics.rigid.contact`); unless told, such that the hardest
+    about the centre of mass, in the body's frame. mass: inertial mass, default the body's own. center: the centre of
+    mass in the body's frame, default the skeleton's or the solid's.
+    stiffness: energy per area of contacts (see `fieldsim.dynamics.rigid.contact`); default such that the hardest
     hit that the energy of all bodies at the start allows presses two surfaces into each other by a tenth of the radius.
 
     Gravity gives all bodies at a place the same acceleration: it pulls on the mass that resists, spread over the

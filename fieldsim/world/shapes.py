@@ -30,7 +30,7 @@ SLAB = 7  # half thickness, half sizes along x and y (0: without end), tile of t
 MESH = 8  # unit of length of its vertices
 SIZES = 4
 
-# What shapes look like unless told.
+# Default material of shapes.
 PLAIN = Material()
 
 

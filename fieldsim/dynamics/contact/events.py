@@ -1,4 +1,4 @@
-"""The particles' side of contact on the host: their laws for the kernels, their states, and the log of events."""
+"""Contact of particles on the host: their laws and states for the kernels, and the log of events."""
 
 import dataclasses
 import math
@@ -7,11 +7,11 @@ import numpy as np
 import warp as wp
 
 from fieldsim.arrays import read_only
-from fieldsim.dynamics.contact.particle_state import ABSORB, BOUNCE, KINDS, NOTHING, REPULSION, Balls
+from fieldsim.dynamics.contact.particle_state import ABSORB, BOUNCE, KINDS, NOTHING, REPULSION, ContactParticles
 from fieldsim.world.contact import Absorb, Bounce, Repulsion
 
 _LAWS = {type(None): NOTHING, Bounce: BOUNCE, Absorb: ABSORB, Repulsion: REPULSION}
-# The lowest point of a solid sphere, inertia 2/5 m r^2, answers an impulse along the surface with 1 + 5/2 of it.
+# A tangential impulse J on a solid sphere (inertia 2/5 m r^2) changes its lowest point's velocity by (1 + 5/2) J / m.
 TURNING = 3.5
 
 
@@ -36,11 +36,11 @@ class Events:
         return len(self.times)
 
 
-def balls_of(sets, escape_radius: float | None, grain: float, kept: int, device) -> Balls:
-    """The particles of all sets for kernels, all moving; `kept` events are logged of each."""
+def contact_particles(sets, escape_radius: float | None, grain: float, kept: int, device) -> ContactParticles:
+    """The particles of all sets for kernels, all in the state MOVING; the log keeps `kept` events of each."""
     counts = [len(particles) for particles in sets]
     total = sum(counts)
-    balls = Balls()
+    balls = ContactParticles()
 
     def column(dtype, value):
         values = [value(particles) for particles in sets]
@@ -67,12 +67,12 @@ def balls_of(sets, escape_radius: float | None, grain: float, kept: int, device)
     return balls
 
 
-def events_of(balls: Balls) -> Events:
-    """What the log holds."""
+def events_of(balls: ContactParticles) -> Events:
+    """The events in the log."""
     made = balls.logged.numpy()
     slots = np.arange(balls.kept)
     particles, slot = np.nonzero(slots < np.minimum(made, balls.kept)[:, None])
-    # The ring's slots hold the latest events; how old each is decides among those of one time.
+    # The ring buffer holds the latest events; events of one time are sorted by age.
     age = (made[particles] - 1 - slot) % balls.kept
     times = balls.times.numpy()[particles * balls.kept + slot]
     order = np.lexsort((-age, particles, times))

@@ -1,8 +1,8 @@
-"""How the material under a contact moves, and how friction answers it, as Warp functions.
+"""Surface velocity and Coulomb friction, as Warp functions.
 
 The material of a body moves with the body's pose; where several bodies make the surface, it moves as their mean,
 weighted by their fields, as their colours are mixed. (A body that grows or bends also carries its surface along the
-normal; that part follows from the field, see `touch`.) Between two stages a pose changes by a screw motion, whose
+normal; that part follows from the field, see `gap`.) Between two stages a pose changes by a screw motion, whose
 *twist* (turn, shift) gives the displacement velocity turn x p + shift per step at every point p.
 """
 
@@ -11,7 +11,7 @@ import functools
 import numpy as np
 import warp as wp
 
-from fieldsim.dynamics.contact.particle_state import Ball
+from fieldsim.dynamics.contact.particle_state import ContactParticle
 from fieldsim.potentials import registry
 from fieldsim.potentials.row import ROW_WIDTH
 from fieldsim.sources.stages import Stages, field_at
@@ -95,14 +95,16 @@ def twist_at(kinds_used):
 
 @wp.func
 def slip_of(v: wp.vec3d, spin: wp.vec3d, ground: wp.vec3d, normal: wp.vec3d, radius: wp.float64):
-    """Velocity of a ball's lowest point along the surface, relative to the material there."""
+    """Slip velocity: of a ball's lowest point along the surface, relative to the material there."""
     slip = v - ground - radius * wp.cross(spin, normal)
     return slip - wp.dot(slip, normal) * normal
 
 
 @wp.func
-def rubbed(v: wp.vec3d, spin: wp.vec3d, slip: wp.vec3d, normal: wp.vec3d, ball: Ball, press: wp.float64):
-    """Velocity and spin after friction by a normal impulse `press`: Coulomb's limit, or what ends the slip."""
+def after_friction(
+    v: wp.vec3d, spin: wp.vec3d, slip: wp.vec3d, normal: wp.vec3d, ball: ContactParticle, press: wp.float64
+):
+    """Velocity and spin after friction under a normal impulse `press`: at most Coulomb's limit."""
     size = wp.length(slip)
     limit = ball.friction * press
     if limit > wp.float64(0.0) and size > wp.float64(0.0):

@@ -1,9 +1,9 @@
-"""How a sphere lies to the surface F = 1, as Warp functions.
+"""The gap between a sphere and the surface F = 1, as Warp functions.
 
 The *gap* of a sphere of radius r at x is log F(x + r n) with n = grad F / |grad F|: zero where the sphere touches the
 surface, negative outside. The logarithm makes it smooth (quadratic along a line for one Gaussian) and never steep.
-While a step lasts, log F of a moving surface is interpolated between its two stages, which moves one Gaussian as it
-should be moved.
+Within a step, log F of a moving surface is interpolated linearly between its two stages, which is exact for the motion
+of one Gaussian.
 """
 
 import functools
@@ -13,25 +13,25 @@ import warp as wp
 from fieldsim.dynamics.contact.friction import twist_at
 from fieldsim.sources.stages import Stages, field_at
 
-# In units of the gap: where a touching sphere is put, and what still counts as touching.
+# In units of the gap: accuracy of the contact position, and the greatest gap that counts as touching.
 TOLERANCE = wp.constant(wp.float64(1e-10))
 TOUCHING = wp.constant(wp.float64(1e-9))
-# Steps of an iteration at most.
+# Greatest number of iterations.
 REFINEMENTS = wp.constant(64)
-# Directions this near to each other count as equal; steps of differences, in radii.
+# Directions that differ by less count as equal; step of finite differences, in radii.
 ALIGNED = wp.constant(wp.float64(1e-9))
 DIFFERENCE = wp.constant(wp.float64(1e-5))
 TINY = wp.constant(wp.float64(1e-300))
 
 
 @wp.struct
-class Touch:
-    """A sphere's relation to the surface: gap, outward unit normal, |grad gap|, the surface's speed along it.
+class Gap:
+    """Gap of a sphere: value, outward unit normal, slope |grad gap|, and speed of the surface along the normal.
 
     low: the sphere's lowest point, where the gap is measured.
     """
 
-    gap: wp.float64
+    value: wp.float64
     normal: wp.vec3d
     slope: wp.float64
     speed: wp.float64
@@ -50,7 +50,7 @@ class Level:
 
 @wp.struct
 class Moment:
-    """Where in time: the step's first stage, its length dt, and the time t elapsed within it."""
+    """A time within a step: the step's first stage, its length dt, and the time t since its start."""
 
     stage: int
     dt: wp.float64
@@ -83,8 +83,8 @@ def log_surface(kinds_used):
 
 
 @functools.cache
-def touch_at(kinds_used):
-    """Warp function (point, radius, surfaces, moment, time after it) -> Touch.
+def gap_at(kinds_used):
+    """Warp function (point, radius, surfaces, moment, time after it) -> Gap.
 
     The normal is the gradient of the gap itself, which in a concave corner is not that of F at the lowest point: as the
     sphere moves, n turns. With w = grad log F there and L = grad log F at the centre, it is w + r/|L| H w', where w' is
@@ -94,7 +94,7 @@ def touch_at(kinds_used):
     twist = twist_at(kinds_used)
 
     @wp.func
-    def touch(p: wp.vec3d, radius: wp.float64, surfaces: Stages, moment: Moment, later: wp.float64):
+    def gap(p: wp.vec3d, radius: wp.float64, surfaces: Stages, moment: Moment, later: wp.float64):
         s = (moment.t + later) / moment.dt
         center = surface(p, surfaces, moment.stage, s)
         size = wp.max(wp.length(center.gradient), TINY)
@@ -102,7 +102,7 @@ def touch_at(kinds_used):
         low = surface(lowest, surfaces, moment.stage, s)
         gradient = low.gradient
         change = low.change
-        # The mean slope over the step tells exactly how a Gaussian was moved.
+        # With the mean slope over the step the speed of a moved Gaussian is exact.
         mean = gradient + (wp.float64(0.5) - s) * low.turn
         across = gradient - wp.dot(gradient, center.gradient) / (size * size) * center.gradient
         aside = wp.length(across)
@@ -113,37 +113,37 @@ def touch_at(kinds_used):
             gradient = gradient + turned
             mean = mean + turned
             change = change + radius / size * wp.dot(across, center.turn)
-        result = Touch()
-        result.gap = low.value
+        result = Gap()
+        result.value = low.value
         result.low = lowest
         result.slope = wp.max(wp.length(gradient), TINY)
         result.normal = -gradient / result.slope
-        if wp.length(gradient) == wp.float64(0.0):  # at the very centre of a body every way is out
+        if wp.length(gradient) == wp.float64(0.0):  # at the very centre of a body any direction leads out
             result.normal = wp.vec3d(wp.float64(0.0), wp.float64(0.0), wp.float64(1.0))
-        # Along the normal the surface moves with its material, and by what growing and bending add.
+        # Speed along the normal: that of the material, and what growth and deformation add.
         turn, shift = twist(lowest, surfaces, moment.stage)
         carried = wp.cross(turn, lowest) + shift
         grown = (change + wp.dot(mean, carried)) / wp.max(wp.length(mean), TINY)
         result.speed = (wp.dot(carried, result.normal) + grown) / moment.dt
         return result
 
-    return touch
+    return gap
 
 
 @functools.cache
 def push_out(kinds_used):
     """Warp function (point, radius, grain, surfaces, moment) -> the point moved along the gradient until it touches."""
-    touch_of = touch_at(kinds_used)
+    gap_of = gap_at(kinds_used)
 
     @wp.func
     def push(p: wp.vec3d, radius: wp.float64, grain: wp.float64, surfaces: Stages, moment: Moment):
         longest = wp.float64(4.0) * grain
         for _ in range(REFINEMENTS):
-            touch = touch_of(p, radius, surfaces, moment, wp.float64(0.0))
-            if touch.gap <= wp.float64(0.0) and touch.gap >= -TOLERANCE:
+            gap = gap_of(p, radius, surfaces, moment, wp.float64(0.0))
+            if gap.value <= wp.float64(0.0) and gap.value >= -TOLERANCE:
                 break
-            step = (touch.gap + wp.float64(0.5) * TOLERANCE) / touch.slope
-            p = p + wp.clamp(step, -longest, longest) * touch.normal
+            step = (gap.value + wp.float64(0.5) * TOLERANCE) / gap.slope
+            p = p + wp.clamp(step, -longest, longest) * gap.normal
         return p
 
     return push

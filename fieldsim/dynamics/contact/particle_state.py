@@ -1,4 +1,4 @@
-"""Particles as contact sees them: hard or soft balls with a state, a spin and a log of what happened to them."""
+"""State of particles in contact: law, status, spin, and the log of their events."""
 
 import warp as wp
 
@@ -18,11 +18,11 @@ HIT, LAND, TAKEN, GONE = (wp.constant(wp.int32(k)) for k in range(len(KINDS)))
 
 
 @wp.struct
-class Ball:
+class ContactParticle:
     """One particle: its law and numbers.
 
     mobility: how the velocity of its lowest point answers an impulse along the surface, 1 for a point mass, 7/2 for a
-    solid sphere that turns. grain: see `Balls`.
+    solid sphere that turns. grain: see `ContactParticles`.
     """
 
     index: wp.int32
@@ -35,7 +35,7 @@ class Ball:
 
 
 @wp.struct
-class Balls:
+class ContactParticles:
     """All particles, (N,) each. What follows `mobilities` is written by kernels.
 
     stiffnesses, reaches: of those that are repelled. states: see `Status`. spins: angular velocities. bounces: contacts
@@ -67,14 +67,14 @@ class Balls:
     impulses: wp.array(dtype=wp.vec3d)
 
 
-# What kernels write.
+# Arrays that kernels write.
 WRITTEN = ("states", "spins", "bounces", "logged", "times", "kinds", "places", "impulses")
 
 
 @wp.func
-def ball_of(balls: Balls, i: int):
+def contact_particle(balls: ContactParticles, i: int):
     """The ball of particle i."""
-    ball = Ball()
+    ball = ContactParticle()
     ball.index = i
     ball.law = balls.laws[i]
     ball.radius = balls.radii[i]
@@ -86,20 +86,20 @@ def ball_of(balls: Balls, i: int):
 
 
 @wp.func
-def touches(law: wp.int32):
-    """Whether a law is one of events at the surface."""
+def makes_events(law: wp.int32):
+    """Whether a contact law makes events at the surface (bounce, absorb)."""
     return law == BOUNCE or law == ABSORB
 
 
 @wp.func
-def time_of(balls: Balls, step: int, dt: wp.float64):
-    """When a step of the launch begins: the same number however a run is cut into launches."""
+def step_start(balls: ContactParticles, step: int, dt: wp.float64):
+    """Time at which a step of the launch begins: the same number however a run is cut into launches."""
     return balls.begin + wp.float64(balls.first + step) * dt
 
 
 @wp.func
-def note(balls: Balls, i: int, time: wp.float64, kind: wp.int32, place: wp.vec3d, impulse: wp.vec3d):
-    """Write an event into the log."""
+def log_event(balls: ContactParticles, i: int, time: wp.float64, kind: wp.int32, place: wp.vec3d, impulse: wp.vec3d):
+    """Append an event to the log."""
     made = balls.logged[i]
     slot = i * balls.kept + made % balls.kept
     balls.times[slot] = time

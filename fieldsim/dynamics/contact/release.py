@@ -6,8 +6,8 @@ import warnings
 import numpy as np
 import warp as wp
 
-from fieldsim.dynamics.contact.gap import TOUCHING, Moment, push_out, touch_at
-from fieldsim.dynamics.contact.particle_state import Balls, touches
+from fieldsim.dynamics.contact.gap import TOUCHING, Moment, gap_at, push_out
+from fieldsim.dynamics.contact.particle_state import ContactParticles, makes_events
 from fieldsim.dynamics.contact.surfaces import Surfaces, margin_at
 from fieldsim.errors import FieldsimWarning
 from fieldsim.launch import launch
@@ -15,7 +15,7 @@ from fieldsim.sources.stages import Stages
 
 
 def released(
-    surfaces: Surfaces | None, balls: Balls, x: wp.array, time: float, which=True, *, threads=None
+    surfaces: Surfaces | None, balls: ContactParticles, x: wp.array, time: float, which=True, *, threads=None
 ) -> wp.array:
     """Positions x (N,) of vec3d, those of the particles `which` that lie inside a surface moved out, with a warning.
 
@@ -43,7 +43,7 @@ def released(
 @functools.cache
 def release_kernel(surface_kinds):
     """Kernel that moves colliding particles found inside a surface out of it; `inside` (N,) marks them."""
-    touch_of = touch_at(surface_kinds)
+    gap_of = gap_at(surface_kinds)
     push = push_out(surface_kinds)
     margin = margin_at(surface_kinds)
 
@@ -51,7 +51,7 @@ def release_kernel(surface_kinds):
     def release(
         start: int,
         surfaces: Stages,
-        balls: Balls,
+        balls: ContactParticles,
         positions: wp.array(dtype=wp.vec3d),
         inside: wp.array(dtype=wp.int32),
     ):
@@ -61,9 +61,9 @@ def release_kernel(surface_kinds):
         moment = Moment()
         moment.dt = wp.float64(1.0)
         inside[i] = 0
-        if touches(balls.laws[i]) and margin(x, surfaces, 0) < radius:
-            touch = touch_of(x, radius, surfaces, moment, wp.float64(0.0))
-            if touch.gap > TOUCHING:
+        if makes_events(balls.laws[i]) and margin(x, surfaces, 0) < radius:
+            gap = gap_of(x, radius, surfaces, moment, wp.float64(0.0))
+            if gap.value > TOUCHING:
                 inside[i] = 1
                 positions[i] = push(x, radius, balls.grain, surfaces, moment)
 

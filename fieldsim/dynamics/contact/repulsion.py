@@ -6,7 +6,7 @@ import numpy as np
 import warp as wp
 
 from fieldsim.dynamics.contact.event_detection import Motion
-from fieldsim.dynamics.contact.particle_state import Ball, Balls
+from fieldsim.dynamics.contact.particle_state import ContactParticle, ContactParticles
 from fieldsim.dynamics.contact.sliding import pull_between
 from fieldsim.sources.stages import Sources, Stages, field_and_gradient, field_at, upload
 from fieldsim.world.contact import Repulsion
@@ -29,7 +29,15 @@ def repelled_step(gravity_kinds, surface_kinds):
         return result
 
     @wp.func
-    def step(m: Motion, stage: int, ball: Ball, balls: Balls, gravity: Stages, surfaces: Stages, dt: wp.float64):
+    def step(
+        m: Motion,
+        stage: int,
+        ball: ContactParticle,
+        balls: ContactParticles,
+        gravity: Stages,
+        surfaces: Stages,
+        dt: wp.float64,
+    ):
         stiffness = balls.stiffnesses[ball.index]
         reach = balls.reaches[ball.index]
         half = wp.float64(0.5) * dt

@@ -1,10 +1,10 @@
-"""What happens to spherical particles at the surface F = 1: one step of them near it, as Warp functions.
+"""Response of spherical particles at the surface F = 1: one step near it, with bounces, as Warp functions.
 
-A step that is cut at an event stays a chain of leapfrog steps, because up to the event the particle takes a leapfrog
-step of its own, and so it keeps its order: elastic bounces conserve energy as free motion does.
+A step is cut at each event: up to the event the particle takes a leapfrog step of its own. The step stays a chain of
+leapfrog steps and keeps its order, so that elastic bounces conserve energy as free motion does.
 
-A touching particle that is slower than gravity would make it within a few steps rests (see `resting`), so nothing at
-rest sinks or jitters.
+A touching particle whose speed gravity could produce within a few steps rests (see `sliding`): a particle at rest
+neither sinks nor jitters.
 """
 
 import functools
@@ -12,8 +12,8 @@ import functools
 import warp as wp
 
 from fieldsim.dynamics.contact.event_detection import Motion, first_contact
-from fieldsim.dynamics.contact.friction import rubbed, slip_of
-from fieldsim.dynamics.contact.gap import TOUCHING, Moment, Touch, push_out, touch_at
+from fieldsim.dynamics.contact.friction import after_friction, slip_of
+from fieldsim.dynamics.contact.gap import TOUCHING, Gap, Moment, gap_at, push_out
 from fieldsim.dynamics.contact.particle_state import (
     ABSORB,
     ABSORBED,
@@ -23,19 +23,19 @@ from fieldsim.dynamics.contact.particle_state import (
     REPULSION,
     RESTING,
     TAKEN,
-    Ball,
-    Balls,
-    note,
+    ContactParticle,
+    ContactParticles,
+    log_event,
 )
 from fieldsim.dynamics.contact.repulsion import repelled_step
-from fieldsim.dynamics.contact.sliding import ground_at, pull_between, ride_on, supported
+from fieldsim.dynamics.contact.sliding import carry_along, ground_at, pull_between, supported
 from fieldsim.sources.stages import Stages
 
-# Approach speeds below so many times (gravity along the normal) * dt count as rest.
+# Approach speeds below SLOW * (gravity along the normal) * dt count as rest.
 SLOW = wp.constant(wp.float64(4.0))
-# After so many contacts in one step a particle slides, as in a bowl that it follows in ever shorter hops.
-CROWDED = wp.constant(8)
-# Events within one step at most.
+# After so many hits in one step a particle slides, as in a bowl that it would follow in ever shorter hops.
+MOST_HITS = wp.constant(8)
+# Greatest number of events within one step.
 EVENTS = wp.constant(256)
 
 
@@ -46,7 +46,7 @@ def flight(gravity_kinds, surface_kinds):
     pull = pull_between(gravity_kinds)
 
     @wp.func
-    def fly(m: Motion, here: Touch, ball: Ball, gravity: Stages, surfaces: Stages, moment: Moment):
+    def fly(m: Motion, here: Gap, ball: ContactParticle, gravity: Stages, surfaces: Stages, moment: Moment):
         h = moment.dt - moment.t
         found = first(m, here, ball.radius, ball.grain, surfaces, moment, h)
         result = m
@@ -72,12 +72,12 @@ def rebound(surface_kinds):
     ground_of = ground_at(surface_kinds)
 
     @wp.func
-    def bounce(m: Motion, here: Touch, ball: Ball, leaving: wp.float64, surfaces: Stages, moment: Moment):
+    def bounce(m: Motion, here: Gap, ball: ContactParticle, leaving: wp.float64, surfaces: Stages, moment: Moment):
         press = -(wp.float64(1.0) + ball.restitution) * leaving
         v = m.v + press * here.normal
         ground, _turn, _shift = ground_of(m.x, here.normal, ball, surfaces, moment)
         slip = slip_of(v, m.spin, ground, here.normal, ball.radius)
-        v, spin = rubbed(v, m.spin, slip, here.normal, ball, press)
+        v, spin = after_friction(v, m.spin, slip, here.normal, ball, press)
         return v, spin
 
     return bounce
@@ -87,16 +87,16 @@ def rebound(surface_kinds):
 def contact_step(gravity_kinds, surface_kinds):
     """Warp function: one whole step near a surface, from `stage` to the next, begun at `time`.
 
-    Returns (motion, number of hits). Where surfaces stand still the touch at the end serves the next step.
+    Returns (motion, number of hits). Where surfaces do not move, the gap at the end is reused by the next step.
     """
     still = wp.constant(wp.int32(0 if surface_kinds[1] else 1))
-    touch_of = touch_at(surface_kinds)
+    gap_of = gap_at(surface_kinds)
     push = push_out(surface_kinds)
     support = supported(gravity_kinds, surface_kinds)
     fly = flight(gravity_kinds, surface_kinds)
     pull = pull_between(gravity_kinds)
     bounce = rebound(surface_kinds)
-    ride = ride_on(surface_kinds)
+    carry = carry_along(surface_kinds)
     repelled = repelled_step(gravity_kinds, surface_kinds)
     ground_of = ground_at(surface_kinds)
 
@@ -105,8 +105,8 @@ def contact_step(gravity_kinds, surface_kinds):
         m: Motion,
         stage: int,
         time: wp.float64,
-        ball: Ball,
-        balls: Balls,
+        ball: ContactParticle,
+        balls: ContactParticles,
         gravity: Stages,
         surfaces: Stages,
         dt: wp.float64,
@@ -125,15 +125,15 @@ def contact_step(gravity_kinds, surface_kinds):
             moment.t = m.t
             here = m.here
             if m.known == 0:
-                here = touch_of(m.x, ball.radius, surfaces, moment, wp.float64(0.0))
-            if here.gap > TOUCHING:
+                here = gap_of(m.x, ball.radius, surfaces, moment, wp.float64(0.0))
+            if here.value > TOUCHING:
                 m.x = push(m.x, ball.radius, ball.grain, surfaces, moment)
-                here = touch_of(m.x, ball.radius, surfaces, moment, wp.float64(0.0))
+                here = gap_of(m.x, ball.radius, surfaces, moment, wp.float64(0.0))
                 a = pull(m.x, gravity, stage, m.t / dt)
                 m.a = a
             if m.state == ABSORBED:
                 _u, turn, shift = ground_of(m.x, here.normal, ball, surfaces, moment)
-                x, v, there = ride(m.x, here, turn, shift, ball, surfaces, moment, dt - m.t)
+                x, v, there = carry(m.x, here, turn, shift, ball, surfaces, moment, dt - m.t)
                 m.x = x
                 m.v = v
                 m.here = there
@@ -141,8 +141,8 @@ def contact_step(gravity_kinds, surface_kinds):
                 break
             leaving = wp.dot(m.v, here.normal) - here.speed
             slow = SLOW * dt * wp.max(-wp.dot(m.a, here.normal), wp.float64(0.0))
-            touching = here.gap >= -TOUCHING
-            crowded = hits >= CROWDED
+            touching = here.value >= -TOUCHING
+            many_hits = hits >= MOST_HITS
             before = m.v
             if touching and ball.law == ABSORB:
                 if leaving <= wp.float64(0.0):
@@ -150,26 +150,26 @@ def contact_step(gravity_kinds, surface_kinds):
                     u, _turn, _shift = ground_of(m.x, here.normal, ball, surfaces, moment)
                     v = u + (here.speed - wp.dot(u, here.normal)) * here.normal
                     m.v = v
-                    note(balls, ball.index, time + m.t, TAKEN, here.low, v - before)
+                    log_event(balls, ball.index, time + m.t, TAKEN, here.low, v - before)
                     hits += 1
                     hit = wp.int32(0)
                     m.here = here
                     m.known = wp.int32(1)
                     continue
-            elif touching and leaving < -slow and not crowded:
+            elif touching and leaving < -slow and not many_hits:
                 v, spin = bounce(m, here, ball, leaving, surfaces, moment)
                 m.v = v
                 m.spin = spin
-                note(balls, ball.index, time + m.t, HIT, here.low, v - before)
+                log_event(balls, ball.index, time + m.t, HIT, here.low, v - before)
                 leaving = -ball.restitution * leaving
                 hit = wp.int32(1)
             hits += hit
             hit = wp.int32(0)
-            if ball.law != ABSORB and touching and ((leaving <= slow and slow > wp.float64(0.0)) or crowded):
+            if ball.law != ABSORB and touching and ((leaving <= slow and slow > wp.float64(0.0)) or many_hits):
                 if m.state != RESTING:
                     m.state = RESTING
                     fall = wp.max(-leaving, wp.float64(0.0))
-                    note(balls, ball.index, time + m.t, LAND, here.low, fall * here.normal)
+                    log_event(balls, ball.index, time + m.t, LAND, here.low, fall * here.normal)
                 m = support(m, here, ball, gravity, surfaces, moment)
                 m.known = wp.int32(1)
             else:
@@ -177,7 +177,7 @@ def contact_step(gravity_kinds, surface_kinds):
                 m, hit = fly(m, here, ball, gravity, surfaces, moment)
             if m.t >= dt:
                 break
-        if m.t < dt:  # more events than anyone can follow: it stays where it is until the step is over
+        if m.t < dt:  # more than EVENTS events: the particle stays in place until the end of the step
             a = pull(m.x, gravity, stage, wp.float64(1.0))
             m.a = a
         return m, hits

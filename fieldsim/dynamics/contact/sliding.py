@@ -1,9 +1,9 @@
-"""Balls on the surface F = 1: stuck to it, sliding or rolling along it, or leaving it, as Warp functions.
+"""ContactParticles on the surface F = 1: stuck to it, sliding or rolling along it, or leaving it, as Warp functions.
 
-A ball that slides is held on the surface by a constraint force that can only push (RATTLE, Andersen 1983); the normal
-impulse of each half step limits friction's impulse in that half, so that sliding keeps the order of leapfrog. A point
-mass that friction can stop, and hold, within its cone for the rest of the step sticks: it moves with the material, and
-where that stands still it stays exactly where it is.
+A sliding ball is held on the surface by a constraint force that can push but not pull (RATTLE, Andersen 1983). The
+normal impulse of each half step limits the friction impulse of that half, so that sliding keeps the order of leapfrog.
+A point mass sticks if friction within its cone can stop it and hold it for the rest of the step: it moves with the
+material, and on a surface that does not move it stays exactly in place.
 """
 
 import functools
@@ -11,9 +11,9 @@ import functools
 import warp as wp
 
 from fieldsim.dynamics.contact.event_detection import Motion
-from fieldsim.dynamics.contact.friction import rubbed, screw, slip_of, twist_at
-from fieldsim.dynamics.contact.gap import REFINEMENTS, TOLERANCE, TOUCHING, Moment, Touch, push_out, touch_at
-from fieldsim.dynamics.contact.particle_state import Ball
+from fieldsim.dynamics.contact.friction import after_friction, screw, slip_of, twist_at
+from fieldsim.dynamics.contact.gap import REFINEMENTS, TOLERANCE, TOUCHING, Gap, Moment, gap_at, push_out
+from fieldsim.dynamics.contact.particle_state import ContactParticle
 from fieldsim.sources.stages import Stages, field_at
 
 
@@ -42,13 +42,13 @@ def pull_between(kinds_used):
 def ground_at(kinds_used):
     """Warp function (center, normal, ball, surfaces, moment) -> (velocity of the ground, turn, shift).
 
-    That of the material at the lowest point of a ball that rolls. Others are taken to turn with the ground they are on,
-    so theirs is that of the material carried on to their centre.
+    For a ball that rolls this is the velocity of the material at its lowest point. Other balls are assumed to rotate
+    with the ground, so theirs is the velocity of the material extended to their centre.
     """
     twist = twist_at(kinds_used)
 
     @wp.func
-    def ground(x: wp.vec3d, normal: wp.vec3d, ball: Ball, surfaces: Stages, moment: Moment):
+    def ground(x: wp.vec3d, normal: wp.vec3d, ball: ContactParticle, surfaces: Stages, moment: Moment):
         p = x - ball.radius * normal
         turn, shift = twist(p, surfaces, moment.stage)
         if ball.mobility == wp.float64(1.0):
@@ -59,19 +59,19 @@ def ground_at(kinds_used):
 
 
 @functools.cache
-def ride_on(kinds_used):
-    """Warp function that moves a ball with the twist of its ground for a time -> (position, velocity, touch there)."""
+def carry_along(kinds_used):
+    """Warp function that moves a ball with the twist of its ground for a time -> (position, velocity, gap there)."""
     moving = len(kinds_used[1]) > 0
-    touch_of = touch_at(kinds_used)
+    gap_of = gap_at(kinds_used)
     push = push_out(kinds_used)
 
     @wp.func
     def stay(
         x: wp.vec3d,
-        here: Touch,
+        here: Gap,
         turn: wp.vec3d,
         shift: wp.vec3d,
-        ball: Ball,
+        ball: ContactParticle,
         surfaces: Stages,
         moment: Moment,
         duration: wp.float64,
@@ -79,12 +79,12 @@ def ride_on(kinds_used):
         return x, wp.vec3d(), here
 
     @wp.func
-    def ride(
+    def carry(
         x: wp.vec3d,
-        here: Touch,
+        here: Gap,
         turn: wp.vec3d,
         shift: wp.vec3d,
-        ball: Ball,
+        ball: ContactParticle,
         surfaces: Stages,
         moment: Moment,
         duration: wp.float64,
@@ -93,21 +93,28 @@ def ride_on(kinds_used):
         x = screw(x, share * turn, share * shift)
         end = moment
         end.t = moment.t + duration
-        there = touch_of(x, ball.radius, surfaces, end, wp.float64(0.0))
-        if there.gap > wp.float64(0.0) or there.gap < -TOLERANCE:
+        there = gap_of(x, ball.radius, surfaces, end, wp.float64(0.0))
+        if there.value > wp.float64(0.0) or there.value < -TOLERANCE:
             x = push(x, ball.radius, ball.grain, surfaces, end)
-            there = touch_of(x, ball.radius, surfaces, end, wp.float64(0.0))
+            there = gap_of(x, ball.radius, surfaces, end, wp.float64(0.0))
         u = (wp.cross(turn, x) + shift) / moment.dt
         return x, u + (there.speed - wp.dot(u, there.normal)) * there.normal, there
 
-    return ride if moving else stay
+    return carry if moving else stay
 
 
 @wp.func
-def grips(
-    m: Motion, here: Touch, ball: Ball, slip: wp.vec3d, ground: wp.vec3d, turn: wp.vec3d, h: wp.float64, dt: wp.float64
+def sticks(
+    m: Motion,
+    here: Gap,
+    ball: ContactParticle,
+    slip: wp.vec3d,
+    ground: wp.vec3d,
+    turn: wp.vec3d,
+    h: wp.float64,
+    dt: wp.float64,
 ):
-    """Whether friction can end the slip within h, and hold the ball against what pulls it along the surface."""
+    """Whether friction can end the slip within h, and hold the ball against the tangential force."""
     # In the frame of the material, which is accelerated towards its axis.
     a = m.a - wp.cross(turn, ground) / dt
     press = -wp.dot(a, here.normal)
@@ -118,41 +125,43 @@ def grips(
 
 @functools.cache
 def slide_on(surface_kinds):
-    """Warp function: the position after a half kick and a drift along the surface, and what lifted the ball there."""
-    touch_of = touch_at(surface_kinds)
+    """Warp function: half a kick and a drift along the surface -> (x, v, spin, gap there, held)."""
+    gap_of = gap_at(surface_kinds)
 
     @wp.func
-    def slide(m: Motion, here: Touch, ball: Ball, ground: wp.vec3d, surfaces: Stages, moment: Moment, h: wp.float64):
+    def slide(
+        m: Motion, here: Gap, ball: ContactParticle, ground: wp.vec3d, surfaces: Stages, moment: Moment, h: wp.float64
+    ):
         v = m.v + wp.float64(0.5) * h * m.a
         spin = m.spin
         free = m.x + h * v
-        # As on a plane; then corrected, also downwards, by at most what would be a pull.
+        # First as on a plane; then corrected in both directions, down to the point where the force would pull.
         lift = h * wp.max(here.speed - wp.dot(v, here.normal), wp.float64(0.0))
         x = free + lift * here.normal
-        there = touch_of(x, ball.radius, surfaces, moment, h)
+        there = gap_of(x, ball.radius, surfaces, moment, h)
         rub = ball.friction > wp.float64(0.0)
         held = wp.int32(1)
         for _ in range(REFINEMENTS):
-            if there.gap <= wp.float64(0.0) and there.gap >= -TOLERANCE and not rub:
+            if there.value <= wp.float64(0.0) and there.value >= -TOLERANCE and not rub:
                 break
             step = wp.float64(0.0)
-            if there.gap > wp.float64(0.0) or there.gap < -TOLERANCE:
+            if there.value > wp.float64(0.0) or there.value < -TOLERANCE:
                 rise = there.slope * wp.max(wp.dot(there.normal, here.normal), wp.float64(0.1))
-                step = (there.gap + wp.float64(0.5) * TOLERANCE) / rise
+                step = (there.value + wp.float64(0.5) * TOLERANCE) / rise
             if lift + step <= wp.float64(0.0):
                 held = wp.int32(0)
                 x = free
-                there = touch_of(x, ball.radius, surfaces, moment, h)
+                there = gap_of(x, ball.radius, surfaces, moment, h)
                 break
             x = x + step * here.normal
             lift = lift + step
             if rub:
                 slip = slip_of(v, spin, ground, here.normal, ball.radius)
-                faster, spin = rubbed(v, spin, slip, here.normal, ball, lift / h)
+                faster, spin = after_friction(v, spin, slip, here.normal, ball, lift / h)
                 x = x + h * (faster - v)
                 v = faster
                 rub = False
-            there = touch_of(x, ball.radius, surfaces, moment, h)
+            there = gap_of(x, ball.radius, surfaces, moment, h)
         if held == 1:
             v = v + (lift / h) * here.normal
         return x, v, spin, there, held
@@ -162,30 +171,30 @@ def slide_on(surface_kinds):
 
 @functools.cache
 def supported(gravity_kinds, surface_kinds):
-    """Warp function that moves a touching ball on with the surface, along it, or off it where nothing presses it on."""
-    touch_of = touch_at(surface_kinds)
+    """Warp function that moves a touching ball: with the surface, along it, or off it where no force presses it on."""
+    gap_of = gap_at(surface_kinds)
     push = push_out(surface_kinds)
     pull = pull_between(gravity_kinds)
     ground_of = ground_at(surface_kinds)
-    ride = ride_on(surface_kinds)
+    carry = carry_along(surface_kinds)
     slide = slide_on(surface_kinds)
 
     @wp.func
-    def support(m: Motion, here: Touch, ball: Ball, gravity: Stages, surfaces: Stages, moment: Moment):
+    def support(m: Motion, here: Gap, ball: ContactParticle, gravity: Stages, surfaces: Stages, moment: Moment):
         h = moment.dt - moment.t
         ground, turn, shift = ground_of(m.x, here.normal, ball, surfaces, moment)
-        # It lands: what is left of its fall is taken, and friction has its part of that.
+        # Landing: remove the remaining approach velocity; its normal impulse allows friction.
         press = wp.max(here.speed - wp.dot(m.v, here.normal), wp.float64(0.0))
         m.v = m.v + press * here.normal
         slip = slip_of(m.v, m.spin, ground, here.normal, ball.radius)
-        v, spin = rubbed(m.v, m.spin, slip, here.normal, ball, press)
+        v, spin = after_friction(m.v, m.spin, slip, here.normal, ball, press)
         m.v = v
         m.spin = spin
         slip = slip_of(m.v, m.spin, ground, here.normal, ball.radius)
         result = m
         result.t = moment.dt
-        if grips(m, here, ball, slip, ground, turn, h, moment.dt):
-            x, v, there = ride(m.x, here, turn, shift, ball, surfaces, moment, h)
+        if sticks(m, here, ball, slip, ground, turn, h, moment.dt):
+            x, v, there = carry(m.x, here, turn, shift, ball, surfaces, moment, h)
             result.x = x
             result.v = v
             result.here = there
@@ -197,11 +206,11 @@ def supported(gravity_kinds, surface_kinds):
             h = ball.grain / speed
             result.t = moment.t + h
         x, v, spin, there, held = slide(m, here, ball, ground, surfaces, moment, h)
-        if there.gap > TOUCHING:
+        if there.value > TOUCHING:
             ending = moment
             ending.t = result.t
             x = push(x, ball.radius, ball.grain, surfaces, ending)
-            there = touch_of(x, ball.radius, surfaces, ending, wp.float64(0.0))
+            there = gap_of(x, ball.radius, surfaces, ending, wp.float64(0.0))
         a = pull(x, gravity, moment.stage, result.t / moment.dt)
         v = v + wp.float64(0.5) * h * a
         if held == 1:
@@ -209,7 +218,7 @@ def supported(gravity_kinds, surface_kinds):
             v = v + press * there.normal
             ground, _t, _s = ground_of(x, there.normal, ball, surfaces, moment)
             slip = slip_of(v, spin, ground, there.normal, ball.radius)
-            v, spin = rubbed(v, spin, slip, there.normal, ball, press)
+            v, spin = after_friction(v, spin, slip, there.normal, ball, press)
         result.x = x
         result.v = v
         result.a = a

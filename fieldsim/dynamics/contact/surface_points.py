@@ -7,16 +7,16 @@ import numpy as np
 from fieldsim.errors import InputError
 from fieldsim.sources.stages import field_of_elements
 
-# How far a surface may reach in between the points, in radii of the thinnest element of its material.
+# How far the surface may bulge between points, in radii of its material.
 TOLERANCE = 0.02
-# Points at most that share one bounding sphere.
+# Greatest number of points in one bounding sphere.
 BLOCK = 32
-# Cells at most of the grid that finds the surface.
+# Greatest number of cells of the grid that finds the surface.
 MOST_CELLS = 4_000_000
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Shell:
+class SurfacePoints:
     """points (n, 3) on a surface F = 1 with their shares of its area (n,), block by block.
 
     blocks (m, 4): centre and radius of a sphere around the points of each; ends (m,): where each block's points end.
@@ -34,11 +34,11 @@ class Shell:
 
 
 def spacing(radius: float, tolerance: float = TOLERANCE) -> float:
-    """Distance of points on a surface whose sharpest bend has the given radius: it bulges spacing^2 / (2 radius)."""
+    """Distance between points on a surface of least radius of curvature `radius`: it bulges distance^2 / (2 radius)."""
     return radius * np.sqrt(2.0 * tolerance)
 
 
-def shell(elements, low, high, step: float) -> Shell:
+def surface_points(elements, low, high, step: float) -> SurfacePoints:
     """Points about `step` apart on the surface F = 1 of packed elements within the box from `low` to `high`.
 
     One for each cell of a grid that the surface cuts, from its middle along the gradient. A plane with unit normal n
@@ -59,7 +59,7 @@ def shell(elements, low, high, step: float) -> Shell:
     parts = np.split(points, ends[:-1])
     centers = [0.5 * (part.min(axis=0) + part.max(axis=0)) for part in parts]
     radii = [np.linalg.norm(part - c, axis=1).max() for part, c in zip(parts, centers, strict=True)]
-    return Shell(points, areas, np.column_stack([centers, radii]), ends)
+    return SurfacePoints(points, areas, np.column_stack([centers, radii]), ends)
 
 
 def _cut_cells(elements, low, high, step):
@@ -92,7 +92,7 @@ def _to_surface(elements, points, longest):
 
 
 def _blocks(points):
-    """An order of points in which each block lies close together, and where the blocks end: halves of halves."""
+    """(order of points, ends of blocks): blocks of points close together, by repeated bisection."""
     done, rest = [], [np.arange(len(points))]
     while rest:
         part = rest.pop()

@@ -1,8 +1,8 @@
-"""Surfaces as contact needs them: how far each element's surface can reach, and how fast it moves.
+"""Surfaces for contact: the greatest distance of the surface from each element, and its motion.
 
 A surface element's row gets one more column, REACH: where a point is farther from every primitive than its reach, the
 sum of all elements cannot come to 1. The least of distance minus reach over the elements, the *margin*, is therefore a
-safe distance to the surface F = 1. The rows of elements that move go on with the twist of their body (see `ground`).
+safe distance to the surface F = 1. Rows of moving elements end with the twist of their body (see `friction`).
 """
 
 import functools
@@ -39,7 +39,7 @@ def with_reach(rows, kinds, total: int):
 
 
 def refuse_compact(kernels):
-    """Raise InputError for kernels whose field is 0 where a sphere that touches the surface has its middle."""
+    """Raise InputError for kernels whose field is 0 at the centre of a sphere that touches the surface."""
     for kernel in kernels:
         if kernel in COMPACT:
             raise InputError(
@@ -55,7 +55,7 @@ def _of_primitives(kinds, *primitives):
 
 
 def sweeps(rows, kinds):
-    """How far any element's surface may come nearer between one stage and the next, (stages,); 0 for the last.
+    """Bound of any surface's approach between one stage and the next, (stages,); 0 for the last.
 
     rows: (stages, elements, WIDTH + 1). A bound for every point of the primitive, plus the growth of its reach.
     """
@@ -132,7 +132,7 @@ def _least(x: real, y: real, z: real, rows: Table, kinds: Indices, first: int, c
 def margin_of(kinds) -> Portable:
     """Portable (x, y, z, rows, kinds, first, count) -> least of distance - reach over the rows."""
     primitives = {formula.kind: formula.primitive for formula in registry.FORMULAS.values()}
-    # Without elements nothing is asked for, but the loop over them wants a function to compile.
+    # Without elements the loop is empty, but needs some function to compile.
     distances = {kind: DISTANCES[primitives[kind]] for kind in kinds or (min(primitives),)}
     return _least.bind(distance=registry.by_kind(distances))
 
@@ -160,7 +160,7 @@ def margin_at(kinds_used):
 
 @functools.cache
 def sweep_at(kinds_used):
-    """Warp function (surfaces, stage) -> how far a surface may come nearer from `stage` to the next."""
+    """Warp function (surfaces, stage) -> bound of any surface's approach from `stage` to the next."""
 
     @wp.func
     def still(surfaces: Stages, stage: int):

@@ -88,7 +88,7 @@ class EnergyLog(Uncopied):
     `totals`, each with its drifts at the moments of `history.times`. What manoeuvres give (`Simulation.set_particles`,
     `set_body`) is no drift.
 
-    The first particle whose drift exceeds LOST, and the first energy of all, are told of in a FieldsimWarning.
+    A FieldsimWarning names the first particle whose drift exceeds LOST, and the first total energy that does.
     """
 
     _remedy = "keep log.report() or log.history"

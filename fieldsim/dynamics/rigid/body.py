@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from fieldsim.dynamics.contact.surface_points import Shell, shell, spacing
+from fieldsim.dynamics.contact.surface_points import SurfacePoints, spacing, surface_points
 from fieldsim.dynamics.contact.surfaces import refuse_compact, with_reach
 from fieldsim.dynamics.refusals import body_name
 from fieldsim.dynamics.rigid.inertia import NOTHING, mass_properties, once_for_equals, surface_box
@@ -101,7 +101,7 @@ class FreeBody:
         return self._inward(points), self.mass * weights
 
     @functools.cached_property
-    def shell(self) -> Shell | None:
+    def shell(self) -> SurfacePoints | None:
         """Points on its surface, in the principal frame, or None."""
         if self.body.surface is None:
             return None
@@ -132,9 +132,9 @@ class FreeBody:
         return math.pi * self.body.surface.radius * slope**3 / 12.0
 
     def stiffness(self, energy: float, slope: float) -> float:
-        """Energy per area with which a hit of `energy` presses in by `depth` of a surface of `slope`, unless told."""
-        told = self.body.motion.stiffness
-        return told or (energy or 1.0) / (self._hardness(slope) * self.depth**4)
+        """Energy per area such that a hit of `energy` presses in by `depth`; or the motion's own stiffness."""
+        given = self.body.motion.stiffness
+        return given or (energy or 1.0) / (self._hardness(slope) * self.depth**4)
 
     def quickest(self, stiffness: float, energy: float, slope: float) -> float:
         """Angular frequency of contact in a hit of `energy`: of U ~ d^4 at the depth d where U is `energy`.
@@ -172,7 +172,7 @@ def free_body(index, body) -> FreeBody:
 def _shell_of(body):
     """Points on a body's surface, in its frame."""
     elements = body.surface_elements(0.0)
-    return shell(elements, *surface_box(body.skeleton, elements), spacing(body.surface.radius))
+    return surface_points(elements, *surface_box(body.skeleton, elements), spacing(body.surface.radius))
 
 
 def _extent(skeleton):

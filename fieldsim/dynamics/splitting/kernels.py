@@ -17,11 +17,11 @@ from fieldsim.dynamics.contact.particle_state import (
     GONE,
     MOVING,
     NOTHING,
-    Balls,
-    ball_of,
-    note,
-    time_of,
-    touches,
+    ContactParticles,
+    contact_particle,
+    log_event,
+    makes_events,
+    step_start,
 )
 from fieldsim.dynamics.contact.response import contact_step
 from fieldsim.dynamics.contact.surfaces import margin_at, sweep_at
@@ -258,11 +258,11 @@ def contact_kernel(gravity_kinds, surface_kinds, gradients: bool):
         gravity: Stages,
         gravity_near: Stages,
         surfaces: Stages,
-        balls: Balls,
+        balls: ContactParticles,
         state: State,
     ):
         i = start + wp.tid()
-        ball = ball_of(balls, i)
+        ball = contact_particle(balls, i)
         p = particle_at(state, i)
         m = Motion()
         m.spin = balls.spins[i]
@@ -270,7 +270,7 @@ def contact_kernel(gravity_kinds, surface_kinds, gradients: bool):
         hits = wp.int32(0)
         parts = method.evaluations
         short = dt / wp.float64(parts)
-        # How far the particle may still travel before it could touch anything.
+        # Distance that the particle may travel before it could touch a surface.
         room = wp.float64(-1.0)
         if ball.law == NOTHING:
             room = wp.float64(wp.inf)
@@ -287,7 +287,7 @@ def contact_kernel(gravity_kinds, surface_kinds, gradients: bool):
             for k in range(parts):
                 travel = travel + sweep(surfaces, step * parts + k)
             room = room - travel
-            if room < wp.float64(0.0) and touches(ball.law):
+            if room < wp.float64(0.0) and makes_events(ball.law):
                 room = margin(p.x, surfaces, step * parts) - ball.radius - travel
             if room < wp.float64(0.0):
                 m.x = p.x
@@ -299,7 +299,7 @@ def contact_kernel(gravity_kinds, surface_kinds, gradients: bool):
                 last = m
                 begun = hits
                 for k in range(parts):
-                    time = time_of(balls, step, dt) + wp.float64(k) * short
+                    time = step_start(balls, step, dt) + wp.float64(k) * short
                     m, found = near(m, step * parts + k, time, ball, balls, gravity_near, surfaces, short)
                     hits += found
                 p = Particle(m.x, m.v, wp.vec3d(), wp.vec3d(), m.a)
@@ -318,7 +318,7 @@ def contact_kernel(gravity_kinds, surface_kinds, gradients: bool):
                 p = q
             if wp.dot(p.x, p.x) > balls.escape2:
                 m.state = ESCAPED
-                note(balls, i, time_of(balls, step + 1, dt), GONE, p.x, wp.vec3d())
+                log_event(balls, i, step_start(balls, step + 1, dt), GONE, p.x, wp.vec3d())
         put(state, i, p)
         balls.spins[i] = m.spin
         balls.states[i] = m.state

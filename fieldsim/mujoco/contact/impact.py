@@ -22,7 +22,7 @@ def hit_speed(world, model) -> float:
     """The fastest at which bodies of a MuJoCo model can hit surfaces of `world`, falling from where the model has them.
 
     By energy, down to where the surfaces lie deepest, which are looked for on a grid.
-    Raises InputError where that cannot be told: nothing moves, no surface has an end, or it is above all bodies.
+    Raises InputError if that is undefined: nothing moves, no surface has an end, or it is above all bodies.
     """
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)

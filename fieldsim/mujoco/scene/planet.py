@@ -57,10 +57,10 @@ def planet_geom(
 ) -> PlanetGeom:
     """The surface of `body` as a geom that MuJoCo's own solver collides with.
 
-    name: the body's own unless told, or "planet". kind: "sdf", a signed distance field, true to any shape; or "mesh",
+    name: default the body's own, or "planet". kind: "sdf", a signed distance field, true to any shape; or "mesh",
     which MuJoCo collides with as its convex hull, and is quicker. resolution, tolerance: of the mesh, as of
     `Body.surface_mesh`; MuJoCo's distance field adds its own error of about half a cell in 128 of its longest side's
-    curvature. friction: sliding, torsional, rolling. mocap: whether motion may move it, unless told if the body moves.
+    curvature. friction: sliding, torsional, rolling. mocap: whether motion may move it, default if the body moves.
     The shape is that at `time`; MuJoCo's geoms do not deform. Raises InputError for a body without a surface, and
     FieldsimError for "sdf" with a MuJoCo before 3.3.5.
     """

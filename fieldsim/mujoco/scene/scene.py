@@ -41,7 +41,7 @@ class Scene:
     Geoms and sites of groups 0 to 2 are drawn as hard shapes in their colours; geoms that a skin stands for as it is,
     and the geoms of `planets` (PlanetGeoms) not at all, for their bodies in the world are. What MuJoCo shows besides
     (height fields, tendons, flexible bodies, skins of its own, range finders, textures but checkers on planes) is not
-    drawn, and told of in one FieldsimWarning. Lights and background are the world's, not the model's.
+    drawn; one FieldsimWarning names them. Lights and background are the world's, not the model's.
     world: what a snapshot is of: the given world's bodies, particles, shapes, and these.
     """
 
@@ -99,7 +99,7 @@ class Scene:
     def snapshot(self, data, base: Snapshot | None = None) -> ModelSnapshot:
         """The moment of an MjData whose kinematics are up to date (mujoco.mj_kinematics after a step).
 
-        base: a snapshot of the given world, for all but the model; unless told that world at data.time.
+        base: a snapshot of the given world, for all but the model; default that world at data.time.
         Sizes and colours are the model's as they are now, and the world has what it has now.
         Raises InputError for data of another model, or of a copy that looks otherwise, and for a state that is not
         finite.

@@ -73,7 +73,7 @@ def skin(
     thickened by its smallest half size: a sphere a point, a capsule, a cylinder or a cigar of an ellipsoid a segment, a
     flat box a plate; half sizes within a tenth of the smallest count as equal to it. Of a mesh it is the box around it.
     material: for all, but that each geom gives its own radius, times `swell`; None: every geom in its own colour.
-    blobbiness: the material's unless told, or -2.5. Blending has its price: the softer, the more the surface draws in
+    blobbiness: default the material's, or -2.5. Blending has its price: the softer, the more the surface draws in
     at the ends of parts by themselves, and bulges where parts meet; and it melts into surfaces of the world's bodies
     where it touches them, as these do into each other. Planes and height fields have no skin. Sizes and colours are
     those that the model has now: of what is changed later make another skin.

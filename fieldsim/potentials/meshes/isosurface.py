@@ -27,7 +27,7 @@ from fieldsim.potentials.primitives.point import Point
 from fieldsim.potentials.primitives.triangle import Triangle
 from fieldsim.potentials.row import ANGLE, POSITIONS, SIZE, STRENGTH
 
-# Cells along the longest side: unless told, and at most.
+# Cells along the longest side: default, and at most.
 RESOLUTION = 64
 FINEST = 512
 # A surface cuts about so many tetrahedra for each square of the cells' size that it is large.

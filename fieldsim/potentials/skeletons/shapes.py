@@ -69,7 +69,7 @@ def disc(center, normal, radius, tolerance=None) -> tuple[Triangle, ...]:
     """A fan of triangles about `center` that fills the disc across `normal`, its rim within `tolerance` of the circle.
 
     The regular polygon has the disc's own area, its corners outside and its sides' middles inside. The tolerance is a
-    thousandth of the radius unless told.
+    thousandth of the radius by default.
     """
     return fan("disc", center, normal, radius, tolerance)
 

@@ -4,7 +4,6 @@ import numpy as np
 
 from fieldsim.dynamics.refusals import body_name
 from fieldsim.errors import InputError
-from fieldsim.potentials.primitives.plane import Plane
 from fieldsim.potentials.row import STRENGTH
 from fieldsim.sources.stages import field_of_elements
 
@@ -25,7 +24,7 @@ def on_source(body, pose, time: float, points) -> np.ndarray:
     local = (points - pose.position) @ pose.matrix
     grain = ROUNDINGS * (np.abs(points).max(axis=1, initial=0.0) + np.abs(pose.position).max())
     near = np.full(len(points), bool(elements.rows[:, STRENGTH].any()))
-    if not any(isinstance(primitive, Plane) for primitive in skeleton):
+    if not any(primitive.endless for primitive in skeleton):
         low, high = zip(*(primitive.box for primitive in skeleton), strict=True)
         low, high = np.min(low, axis=0), np.max(high, axis=0)
         grain += ROUNDINGS * np.abs([low, high]).max()

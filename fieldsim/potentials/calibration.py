@@ -17,8 +17,6 @@ such field at all.
 
 import math
 
-import numpy as np
-
 from fieldsim.errors import InputError
 from fieldsim.potentials import registry
 from fieldsim.potentials.elements import pack
@@ -33,14 +31,10 @@ from fieldsim.potentials.kernels import (
     Quartic,
     SoftObject,
 )
-from fieldsim.potentials.primitives.arc import Arc
 from fieldsim.potentials.primitives.base import Primitive
-from fieldsim.potentials.primitives.circle import Circle
 from fieldsim.potentials.primitives.plane import Plane
 from fieldsim.potentials.primitives.point import Point
 from fieldsim.potentials.primitives.segment import Segment
-from fieldsim.potentials.primitives.tapered import TaperedSegment
-from fieldsim.potentials.row import ANGLE, ROW_WIDTH, SIZE
 
 # Half width of (1 + s^2 r^2)^-2 equals that of exp(-a^2 r^2) when s = CAUCHY_PER_GAUSSIAN a.
 CAUCHY_PER_GAUSSIAN = math.sqrt((math.sqrt(2.0) - 1.0) / math.log(2.0))
@@ -101,38 +95,17 @@ def strength(kernel: Kernel, radius: float, dimension: int) -> tuple[float, floa
 
 def strength_on(kernel: Kernel, radius: float, primitive: Primitive) -> tuple[float, float]:
     """(strength, fold) of a primitive, such that F = 1 lies at `radius` from it in isolation."""
-    if not _diverges(kernel, primitive.dimension) and not isinstance(primitive, TaperedSegment):
+    if not _diverges(kernel, primitive.dimension) and primitive.uniform:
         return strength(kernel, radius, primitive.dimension)
-    if isinstance(primitive, Plane):
+    if primitive.endless:
         raise InputError(
             f"Material: the field of {kernel!r} on an infinite plane has no level; give triangles, or another kernel"
         )
-    return _inverse(kernel, radius, *_measured(primitive, radius)), 0.0
+    return _inverse(kernel, radius, primitive.plain(), primitive.beside(radius)), 0.0
 
 
 def _diverges(kernel, dimension):
     return (isinstance(kernel, Newtonian) and dimension > 0) or (isinstance(kernel, InverseSquare) and dimension > 1)
-
-
-def _measured(primitive, radius):
-    """The primitive without its profile, and the point where its field is measured."""
-    row = np.zeros(ROW_WIDTH)
-    primitive.pack(row)
-    if isinstance(primitive, Segment):
-        axis = row[14:17]
-        aside = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
-        middle = 0.5 * (row[5:8] + row[8:11])
-        if not isinstance(primitive, TaperedSegment):
-            primitive = Segment(primitive.start, primitive.end)
-        return primitive, middle + radius * aside / np.linalg.norm(aside)
-    normal = row[17:20]
-    if isinstance(primitive, Arc | Circle):
-        half = 0.5 * row[ANGLE]
-        out = math.cos(half) * row[14:17] + math.sin(half) * np.cross(normal, row[14:17])
-        if isinstance(primitive, Arc):
-            primitive = Arc(primitive.center, primitive.normal, primitive.start, primitive.radius, primitive.angle)
-        return primitive, row[5:8] + row[SIZE] * out + radius * normal
-    return primitive, row[5:14].reshape(3, 3).mean(axis=0) + radius * normal
 
 
 def _inverse(kernel, radius, primitive, point):

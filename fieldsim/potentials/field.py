@@ -146,14 +146,13 @@ class Field:
 
     def _on_bare_source(self, point):
         """Whether an element that is infinite on itself passes through a point, to rounding."""
-        from fieldsim.potentials.bounds.distance import DISTANCES
-
         rows = self.elements.rows
         near = 1e-9 * max(np.abs(point).max(), 1e-300)
         for formula, which in registry.parts_of(self.elements.kinds):
             bare = np.arange(len(rows))[which]
             for i in bare[rows[bare, KERNEL_WIDTH] < BARE]:
-                if formula.primitive in DISTANCES and DISTANCES[formula.primitive](*point.tolist(), rows, i) <= near:
+                distance = formula.primitive.distance
+                if distance is not None and distance(*point.tolist(), rows, i) <= near:
                     return True
         return False
 
@@ -296,7 +295,7 @@ def spread(owner: str, primitives, mass, G, kernel: Kernel) -> Field:
     """`gravity` in the name of `owner`."""
     primitives = skeleton(owner, primitives)
     for index, primitive in enumerate(primitives):
-        if not primitive.carries_mass:
+        if primitive.profiled:
             raise InputError(
                 f"{owner}: skeleton[{index}] is a {type(primitive).__name__}, and a profile is no density; give the "
                 "plain primitive, or a TaperedSegment, which has one (the profile may shape another body's surface)"

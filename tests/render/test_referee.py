@@ -10,7 +10,6 @@ import fieldsim as fs
 from fieldsim.filming.comparing import compare_depths
 from fieldsim.potentials import registry
 from fieldsim.potentials.bounds import safe_step
-from fieldsim.potentials.bounds.distance import DISTANCES
 from fieldsim.potentials.elements import pack
 from fieldsim.render.solvers.referee import Referee
 
@@ -42,7 +41,7 @@ def test_no_field_changes_more_than_its_bounds_allow(kernel, primitive):
     for _ in range(60):
         x, d = rng.normal(size=3) * rng.choice([0.3, 1.0]), rng.normal(size=3)
         d /= np.linalg.norm(d)
-        away = DISTANCES[primitive](*x, rows, 0)
+        away = primitive.distance(*x, rows, 0)
         delta = min(10 ** rng.uniform(-3, 0), 0.95 * away) if rng.random() < 0.5 else 10 ** rng.uniform(-4, 0)
         here, there = (np.array(formula.jet(*p, rows, 0)[:4]) for p in (x, x + delta * d))
         slope = here[1:] @ d

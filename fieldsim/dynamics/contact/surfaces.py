@@ -16,13 +16,8 @@ from fieldsim.dynamics.contact.friction import twists
 from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.portable import Indices, Portable, Table, hole, portable, real
 from fieldsim.potentials import registry
-from fieldsim.potentials.bounds.distance import DISTANCES
 from fieldsim.potentials.bounds.reach import reach, scale
 from fieldsim.potentials.kernels import COMPACT
-from fieldsim.potentials.primitives.arc import Arc
-from fieldsim.potentials.primitives.circle import Circle
-from fieldsim.potentials.primitives.plane import Plane
-from fieldsim.potentials.primitives.profile import ProfiledArc
 from fieldsim.potentials.row import ANGLE, DIRECTIONS, POSITIONS, ROW_WIDTH, SIZE
 from fieldsim.sources.stages import Sources, Stages, field_and_gradient, tables, upload
 
@@ -48,9 +43,9 @@ def refuse_compact(kernels):
             )
 
 
-def _of_primitives(kinds, *primitives):
-    """Which elements are of the given primitives, (elements,)."""
-    wanted = [formula.kind for formula in registry.FORMULAS.values() if formula.primitive in primitives]
+def _that_are(kinds, trait):
+    """Which elements' primitives have the trait, (elements,)."""
+    wanted = [formula.kind for formula in registry.FORMULAS.values() if getattr(formula.primitive, trait)]
     return np.isin(kinds, wanted)
 
 
@@ -62,12 +57,12 @@ def sweeps(rows, kinds):
     step = np.diff(rows, axis=0)
     points = np.linalg.norm(step[..., POSITIONS].reshape(*step.shape[:2], 3, 3), axis=-1).max(axis=-1)
     turns = np.linalg.norm(step[..., DIRECTIONS].reshape(*step.shape[:2], 2, 3), axis=-1)
-    if (turns[:, _of_primitives(kinds, Plane), 1] > 1e-12).any():
+    if (turns[:, _that_are(kinds, "endless"), 1] > 1e-12).any():
         raise InputError("contact with a Plane that turns is not known; move it without turning, or use a rectangle")
     # A point of an arc is centre + size (cos u + sin (n x u)): |change of n x u| <= |change of n| + |change of u|.
     bend = rows[1:, :, SIZE] * (2.0 * turns[..., 0] + turns[..., 1] + np.abs(step[..., ANGLE]))
     bend += np.abs(step[..., SIZE])
-    bend = np.where(_of_primitives(kinds, Arc, Circle, ProfiledArc), bend, 0.0)
+    bend = np.where(_that_are(kinds, "round"), bend, 0.0)
     moved = points + bend + np.maximum(step[..., REACH], 0.0)
     return np.append(moved.max(axis=1, initial=0.0), 0.0)
 
@@ -133,7 +128,7 @@ def margin_of(kinds) -> Portable:
     """Portable (x, y, z, rows, kinds, first, count) -> least of distance - reach over the rows."""
     primitives = {formula.kind: formula.primitive for formula in registry.FORMULAS.values()}
     # Without elements the loop is empty, but needs some function to compile.
-    distances = {kind: DISTANCES[primitives[kind]] for kind in kinds or (min(primitives),)}
+    distances = {kind: primitives[kind].distance for kind in kinds or (min(primitives),)}
     return _least.bind(distance=registry.by_kind(distances))
 
 

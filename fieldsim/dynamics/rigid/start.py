@@ -12,7 +12,6 @@ from fieldsim.dynamics.rigid.body import FreeBody
 from fieldsim.dynamics.rigid.mass_points import mass_points
 from fieldsim.errors import InputError
 from fieldsim.potentials.elements import Elements
-from fieldsim.potentials.primitives.plane import Plane
 from fieldsim.sources.stages import field_of_elements
 from fieldsim.world.motion import Pose
 
@@ -85,7 +84,7 @@ def extent_of(name: str, body, pose: Pose, time: float, free: FreeBody | None) -
     elements = body.surface_elements(time)
     skeleton = tuple(primitive.at(time) for primitive in body.skeleton)
     middle, radius = np.zeros(3), math.inf
-    if not any(isinstance(primitive, Plane) for primitive in skeleton):
+    if not any(primitive.endless for primitive in skeleton):
         low, high = zip(*(primitive.box for primitive in skeleton), strict=True)
         low, high = np.min(low, axis=0), np.max(high, axis=0)
         reach = with_reach(elements.rows, elements.kinds, len(elements))[:, REACH].max()

@@ -20,49 +20,10 @@ from fieldsim.potentials.kernels import (
     Quartic,
     SoftObject,
 )
-from fieldsim.potentials.primitives.arc import Arc
-from fieldsim.potentials.primitives.circle import Circle
-from fieldsim.potentials.primitives.plane import Plane
-from fieldsim.potentials.primitives.point import Point
-from fieldsim.potentials.primitives.profile import ProfiledArc, ProfiledSegment
-from fieldsim.potentials.primitives.segment import Segment
-from fieldsim.potentials.primitives.tapered import TaperedSegment
-from fieldsim.potentials.primitives.triangle import Triangle
-from fieldsim.potentials.row import ANGLE, FOLD, KERNEL_WIDTH, OWN, SIZE, STRENGTH
-
-# Where a profile is looked at, and how much it may exceed what is seen there: by Markov's inequality a polynomial of
-# degree 12 changes by less than 2 * 12^2 of its maximum over half a step.
-_PROBES = np.linspace(0.0, 1.0, 1001)
-_BETWEEN = 1.2
+from fieldsim.potentials.row import FOLD, KERNEL_WIDTH, STRENGTH
 
 # A compact kernel changes over this share of its support as a Gaussian does over 1 / a.
 _SHARE = 0.4
-
-
-def _length(rows):
-    return rows[..., SIZE]
-
-
-def _arc_length(rows):
-    return rows[..., SIZE] * rows[..., ANGLE]
-
-
-def _tapered_length(rows):
-    return rows[..., SIZE] * 0.5 * (rows[..., 20] + rows[..., 21])
-
-
-# Length or area of a primitive, its dimension, and whether it is straight: a piece of a whole line or plane.
-_MEASURES = {
-    Point: (lambda rows: np.ones(rows.shape[:-1]), 0, False),
-    Segment: (_length, 1, True),
-    Arc: (_arc_length, 1, False),
-    Circle: (_arc_length, 1, False),
-    Triangle: (lambda rows: rows[..., ANGLE], 2, True),
-    Plane: (lambda rows: np.full(rows.shape[:-1], math.inf), 2, True),
-    ProfiledSegment: (_length, 1, True),
-    ProfiledArc: (_arc_length, 1, False),
-    TaperedSegment: (_tapered_length, 1, False),
-}
 
 
 def _cauchy(power):
@@ -112,11 +73,6 @@ _WHOLE = {
 }
 
 
-def measure(primitive: type, rows):
-    """Length, area, or 1 for a point, (...,)."""
-    return _MEASURES[primitive][0](rows)
-
-
 def reach(rows, kinds, level):
     """Distances (...,) from each primitive beyond which its field is at most `level` in size; 0 where it never is more.
 
@@ -146,19 +102,19 @@ def scale(rows, kinds):
 
 
 def _reach(formula, rows, level):
-    if formula.primitive not in _MEASURES:
+    if formula.primitive.distance is None:
         raise InputError(
             f"a surface of {formula.kernel.__name__} on {formula.primitive.__name__} can neither be drawn nor touched; "
             "leave it out, or give the body another skeleton"
         )
     width = rows[..., KERNEL_WIDTH]
-    _, dimension, straight = _MEASURES[formula.primitive]
-    strength = np.abs(rows[..., STRENGTH]) * greatest_factor(formula, rows)
+    primitive, dimension = formula.primitive, formula.primitive.dimension
+    strength = np.abs(rows[..., STRENGTH]) * primitive.row_factor(rows)
     # A share of 1 in 1e9 for rounding.
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         ratio = level / (1.0 + 1e-9) / strength * np.exp(-rows[..., FOLD])
         bounds = [_POINT[formula.kernel](ratio / within(formula, rows), width)]
-        if straight and (formula.kernel, dimension) in _WHOLE:
+        if primitive.straight and primitive.uniform and (formula.kernel, dimension) in _WHOLE:
             factor, inverse = _WHOLE[formula.kernel, dimension]
             bounds.append(inverse(ratio / factor(width), width))
     bounds = [np.nan_to_num(bound, nan=np.inf, posinf=np.inf) for bound in bounds]
@@ -167,34 +123,8 @@ def _reach(formula, rows, level):
 
 def within(formula, rows):
     """No less than the measure of the part of a primitive that gives to any one point, (...,)."""
-    whole = measure(formula.primitive, rows)
-    if formula.kernel not in COMPACT:
+    whole = formula.primitive.row_measure(rows)
+    if formula.kernel not in COMPACT or not formula.primitive.uniform:
         return whole
     width = rows[..., KERNEL_WIDTH]
-    _, dimension, straight = _MEASURES[formula.primitive]
-    return np.minimum(whole, (1.0, (2.0 if straight else 2.0 * math.pi) * width, math.pi * width**2)[dimension])
-
-
-def greatest_factor(formula, rows):
-    """No less than what a profile multiplies the field with, in size."""
-    if formula.primitive not in (ProfiledSegment, ProfiledArc):
-        return 1.0
-    return _BETWEEN * np.abs(_profiles(rows)).max(axis=-1)
-
-
-def profile_bend(formula, rows):
-    """How sharply profiles bend log F, in 1 / length^2: of the order of their greatest slope, relative and squared."""
-    if formula.primitive not in (ProfiledSegment, ProfiledArc):
-        return 0.0
-    values = _profiles(rows)
-    slope = np.abs(np.gradient(values, _PROBES, axis=-1)).max(axis=-1) / np.abs(values).max(axis=-1)
-    # u changes by 2 / length along a hat, and on an arc faster nearer to its axis.
-    return (4.0 * slope / measure(formula.primitive, rows)) ** 2
-
-
-def _profiles(rows):
-    """The polynomials of s at the probes, (..., probes)."""
-    values = 0.0
-    for k in reversed(range(22, OWN.stop)):
-        values = values * _PROBES + rows[..., k, None]
-    return values
+    return np.minimum(whole, formula.primitive.nearby * width**formula.primitive.dimension)

@@ -25,15 +25,8 @@ import numpy as np
 from fieldsim.errors import InputError
 from fieldsim.portable import Table, portable, real
 from fieldsim.potentials import registry
-from fieldsim.potentials.bounds.reach import measure as measure_of
 from fieldsim.potentials.elements import Elements
 from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Metaball, Newtonian, Quartic, SoftObject
-from fieldsim.potentials.primitives.arc import Arc
-from fieldsim.potentials.primitives.circle import Circle
-from fieldsim.potentials.primitives.plane import Plane
-from fieldsim.potentials.primitives.point import Point
-from fieldsim.potentials.primitives.segment import Segment
-from fieldsim.potentials.primitives.triangle import Triangle
 from fieldsim.potentials.row import FOLD, KERNEL_WIDTH, ROW_WIDTH, STRENGTH
 
 # Columns after an element's own: its family; e and m of a power; its greatest field, per h; c - delta of an arc under
@@ -51,9 +44,6 @@ _POWERS = {Cauchy: 4, InverseSquare: 2, Newtonian: 1}
 # slope, of (1 - u^2) sqrt(9 - 4 u^2) / 3, is 1.53508.
 _STEEPEST = {Quartic: 2.0, SoftObject: 1.5351, Metaball: math.sqrt(1.5)}
 _SHARPEST = {Quartic: 8.0, SoftObject: 44.0 / 9.0, Metaball: 6.0}
-
-# The greatest length or area within a distance of 1 of a point.
-_NEARBY = {Point: 1.0, Segment: 2.0, Arc: math.tau, Circle: math.tau, Triangle: math.pi, Plane: math.pi}
 
 
 def with_bounds(elements: Elements) -> tuple[np.ndarray, float]:
@@ -74,7 +64,7 @@ def with_bounds(elements: Elements) -> tuple[np.ndarray, float]:
 
 def check(formula: registry.Formula) -> None:
     """Raise InputError for a formula whose field's growth has no known bound."""
-    if formula.primitive not in _NEARBY:
+    if formula.primitive.distance is None or formula.primitive.profiled or not formula.primitive.uniform:
         raise InputError(
             f"the solver 'referee' knows no safe step beside {formula.kernel.__name__} on "
             f"{formula.primitive.__name__}; give solver='hermite'"
@@ -85,9 +75,8 @@ def _bounded(formula, rows):
     """Rows of one formula with their bounds, and the bend of each."""
     kernel, primitive = formula.kernel, formula.primitive
     width, strength = rows[:, KERNEL_WIDTH], np.abs(rows[:, STRENGTH])
-    measure = measure_of(primitive, rows)
-    flat = primitive is Plane
-    if flat and kernel in (Newtonian, InverseSquare):
+    measure = primitive.row_measure(rows)
+    if primitive.endless and kernel in (Newtonian, InverseSquare):
         return _plane_without_integral(kernel, rows, width, strength)
     if kernel in _POWERS:
         family, power = POWERS, _POWERS[kernel]
@@ -100,21 +89,21 @@ def _bounded(formula, rows):
     elif kernel is Gaussian:
         family = GAUSSIANS
         whole = (math.sqrt(math.pi) / width) ** primitive.dimension
-        amount = strength * (measure if primitive in (Arc, Circle) else np.minimum(measure, whole))
+        amount = strength * (measure if primitive.round else np.minimum(measure, whole))
         peak = np.exp(np.minimum(rows[:, FOLD], _LIMIT))
         bend = strength * measure * peak * 2.0 * width**2
-        if primitive in (Arc, Circle):
+        if primitive.round:
             height = rows[:, FOLD] + np.log(np.maximum(amount / TAIL_SHARE, 1.0))
             rows[:, CORE] = np.sqrt(np.maximum(height, 1e-12)) / width
     else:
         family = COMPACT
-        nearby = np.minimum(measure, _NEARBY[primitive] * width**primitive.dimension)
+        nearby = np.minimum(measure, primitive.nearby * width**primitive.dimension)
         amount = strength * nearby
         # What x and what x' reach, together.
         rows[:, SLOPE] = _STEEPEST[kernel] / width * np.sqrt(strength * np.minimum(measure, 2.0 * nearby))
         bend = amount * _SHARPEST[kernel] / width**2
     rows[:, FAMILY], rows[:, AMOUNT] = family, amount
-    if flat:
+    if primitive.endless:
         # F'' = -2 pi (z h)', and |(z h)'| is nowhere above h(0).
         bend = math.tau * strength * np.exp(np.minimum(rows[:, FOLD], _LIMIT))
     return rows, bend

@@ -15,17 +15,10 @@ from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.launch import launch
 from fieldsim.potentials import registry
-from fieldsim.potentials.bounds.distance import DISTANCES
 from fieldsim.potentials.bounds.reach import reach, scale
 from fieldsim.potentials.meshes.mesh import TriangleMesh
 from fieldsim.potentials.meshes.tetrahedra import HALVINGS, MOST, Tetrahedra
-from fieldsim.potentials.primitives.arc import Arc
-from fieldsim.potentials.primitives.circle import Circle
-from fieldsim.potentials.primitives.face import Face
-from fieldsim.potentials.primitives.plane import Plane
-from fieldsim.potentials.primitives.point import Point
-from fieldsim.potentials.primitives.triangle import Triangle
-from fieldsim.potentials.row import ANGLE, POSITIONS, SIZE, STRENGTH
+from fieldsim.potentials.row import STRENGTH
 
 # Cells along the longest side: default, and at most.
 RESOLUTION = 64
@@ -256,19 +249,13 @@ def _box(elements, level):
     far = np.zeros(len(elements))
     for formula, which in registry.parts_of(elements.kinds):
         rows, primitive = elements.rows[which], formula.primitive
-        if primitive is Plane:
+        if primitive.endless:
             raise InputError("mesh: a plane has no end; clip it with a triangle, or leave it out")
-        if issubclass(primitive, Arc | Circle):
-            half = rows[:, SIZE, None] * np.sqrt(np.maximum(0.0, 1.0 - rows[:, 17:20] ** 2))
-            low[which], high[which] = rows[:, 5:8] - half, rows[:, 5:8] + half
-        else:
-            corners = rows[:, POSITIONS].reshape(-1, 3, 3)[:, : _CORNERS[_shape(primitive)]]
-            low[which], high[which] = corners.min(axis=1), corners.max(axis=1)
-        if primitive is Face:
+        low[which], high[which] = primitive.row_box(rows)
+        if primitive.distance is None:
             # A solid's pull is that of its mass, at no less than the distance from it.
-            a, b, c = np.moveaxis(rows[:, POSITIONS].reshape(-1, 3, 3) - (rows[:, 5:8] + rows[:, 14:17])[:, None], 1, 0)
-            volume = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0
-            far[which] = len(elements) * max(0.0, float(np.sum(rows[:, STRENGTH] * volume)))
+            mass = float(np.sum(rows[:, STRENGTH] * primitive.row_measure(rows)))
+            far[which] = len(elements) * max(0.0, mass)
         else:
             far[which] = reach(rows, elements.kinds[which], 1.0 / len(elements))
     if not positive.any():
@@ -276,24 +263,21 @@ def _box(elements, level):
     return (low - far[:, None])[positive].min(axis=0), (high + far[:, None])[positive].max(axis=0)
 
 
-# Points, curves, surfaces: how many corners their positions are.
-_CORNERS = (1, 2, 3)
-
-
-def _shape(primitive):
-    return 0 if primitive is Point else 2 if primitive in (Triangle, Face) else 1
-
-
 @functools.cache
 def _primitive(kind):
     return next(formula.primitive for formula in registry.FORMULAS.values() if formula.kind == kind)
+
+
+def _flat(kinds):
+    """Which of the elements of kinds (N,) are triangles, (N,)."""
+    return np.array([_primitive(kind).corners == 3 for kind in kinds], dtype=bool)
 
 
 def _lengths(elements, side):
     """Lengths (N,) over which elements' fields vary, and within which each alone has its surface F = 1."""
     width, own = np.full(len(elements), side), np.full(len(elements), side)
     for formula, which in registry.parts_of(elements.kinds):
-        if formula.primitive is not Face:
+        if formula.primitive.distance is not None:
             width[which] = np.minimum(scale(elements.rows[which], elements.kinds[which]), side)
             own[which] = reach(elements.rows[which], elements.kinds[which], 1.0)
     return width, own
@@ -323,7 +307,7 @@ def _seeds(elements, height, side):
         enough[leaving] = EDGE * deepest[which[leaving]]
         found.append(places[inside & ~leaving])
         depths.append(enough[inside & ~leaving])
-        flat = np.array([_shape(_primitive(kind)) == 2 for kind in elements.kinds[which[inside]]], dtype=bool)
+        flat = _flat(elements.kinds[which[inside]])
         count += np.sum(np.where(flat, *AROUND))
         if count > MOST or len(which) > MOST:
             thin = f" of about {min(map(np.min, filter(len, depths))):.3g}" if any(map(len, depths)) else ""
@@ -341,18 +325,18 @@ def _pieces(elements):
     for index, (row, kind) in enumerate(zip(elements.rows, elements.kinds, strict=True)):
         if row[STRENGTH] > 0.0:
             # A whole turn would begin and end at the same place.
-            parts = 8 if issubclass(_primitive(kind), Arc | Circle) else 1
+            parts = 8 if _primitive(kind).round else 1
             for k in range(parts):
                 which.append(index)
                 u, v = k / parts, (k + 1) / parts
-                flat = _shape(_primitive(kind)) == 2
+                flat = _primitive(kind).corners == 3
                 corners.append(((0, 0), (1, 0), (0, 1)) if flat else ((u, 0), (v, 0), (0.5 * (u + v), 0)))
     return np.array(which, dtype=np.int64), np.array(corners, dtype=float).reshape(-1, 3, 2)
 
 
 def _halves(elements, which, corners):
     """Curves in halves, triangles in quarters."""
-    flat = np.array([_shape(_primitive(kind)) == 2 for kind in elements.kinds[which]], dtype=bool)
+    flat = _flat(elements.kinds[which])
     a, b, c = np.moveaxis(corners, 1, 0)
     ab, bc, ca = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)
     quarters = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
@@ -366,17 +350,7 @@ def _places(elements, which, parameters):
     rows, result = elements.rows[which], np.empty((len(which), 3))
     for formula, where in registry.parts_of(elements.kinds[which]):
         part, (u, v) = rows[where], parameters[where].T[:, :, None]
-        if issubclass(formula.primitive, Arc | Circle):
-            start, turn = part[:, 14:17], u * part[:, ANGLE, None]
-            around = np.cos(turn) * start + np.sin(turn) * np.cross(part[:, 17:20], start)
-            result[where] = part[:, 5:8] + part[:, SIZE, None] * around
-            continue
-        shape, start = _shape(formula.primitive), part[:, 5:8]
-        result[where] = start
-        if shape > 0:
-            result[where] += u * (part[:, 8:11] - start)
-        if shape > 1:
-            result[where] += v * (part[:, 11:14] - start)
+        result[where] = formula.primitive.row_places(part, u, v)
     return result
 
 
@@ -397,7 +371,7 @@ def _widths(elements):
     width, _ = _lengths(elements, np.inf)
     far = np.zeros(len(elements))
     for formula, which in registry.parts_of(elements.kinds):
-        if formula.primitive in DISTANCES:
+        if formula.primitive.distance is not None:
             far[which] = reach(elements.rows[which], elements.kinds[which], 1.0 / min(len(elements), SHARED))
     near = (far > 0.0) & np.isfinite(width)
     if not near.any():
@@ -420,9 +394,7 @@ def _widths(elements):
 def _width_kernel(kinds_used):
     """The Warp kernel of `_widths`."""
     distances = {
-        formula.kind: DISTANCES[formula.primitive]
-        for formula in registry.FORMULAS.values()
-        if formula.kind in kinds_used
+        formula.kind: formula.primitive.distance for formula in registry.FORMULAS.values() if formula.kind in kinds_used
     }
     distance = registry.by_kind(distances).warp(wp.float64)
 

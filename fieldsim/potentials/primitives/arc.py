@@ -7,12 +7,91 @@ import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import InputError
-from fieldsim.potentials.primitives.base import Primitive
-from fieldsim.potentials.row import ANGLE, CENTER, FIRST, NORMAL, RADIUS
+from fieldsim.portable import Table, portable, real
+from fieldsim.potentials.primitives.base import Primitive, Volume
+from fieldsim.potentials.primitives.quadrature import gauss, interval_needed
+from fieldsim.potentials.row import ANGLE, CENTER, FIRST, NORMAL, RADIUS, center_of, first_of, normal_of
+
+
+@portable
+def arc_distance(x: real, y: real, z: real, rows: Table, i: int):
+    """Distance to an arc or a circle."""
+    sx, sy, sz = first_of(rows, i)
+    nx, ny, nz = normal_of(rows, i)
+    px, py, pz = center_of(rows, i)
+    dx = x - px
+    dy = y - py
+    dz = z - pz
+    radius = rows[i, RADIUS]
+    half = real(0.5) * rows[i, ANGLE]
+    height = dx * nx + dy * ny + dz * nz
+    p = dx * sx + dy * sy + dz * sz
+    q = dx * (ny * sz - nz * sy) + dy * (nz * sx - nx * sz) + dz * (nx * sy - ny * sx)
+    rho = math.sqrt(p * p + q * q)
+    cosine = math.cos(half)
+    sine = math.sin(half)
+    # Turned so that the arc's middle lies at (1, 0), and to its upper half.
+    u = p * cosine + q * sine
+    v = abs(q * cosine - p * sine)
+    if u >= rho * cosine:
+        # Beside the arc, not beyond an end.
+        return math.sqrt((rho - radius) * (rho - radius) + height * height)
+    du = u - radius * cosine
+    dv = v - radius * sine
+    return math.sqrt(du * du + dv * dv + height * height)
+
+
+class Turn:
+    """What arcs and circles share: a row of centre, start, normal, radius and angle."""
+
+    points = ("center",)
+    dimension = 1
+    volume = Volume.TUBE
+    distance = arc_distance
+    straight = False
+    nearby = math.tau
+    corners = 1
+    round = True
+
+    @property
+    def box(self):
+        """Least and greatest coordinates of the whole circle."""
+        reach = self.radius * np.sqrt(np.maximum(0.0, 1.0 - np.square(self.normal)))
+        return np.subtract(self.center, reach), np.add(self.center, reach)
+
+    def beside(self, radius):
+        """Above its middle, along the normal."""
+        row = self.packed
+        return self.row_middle(row) + radius * row[NORMAL]
+
+    @staticmethod
+    def row_measure(rows):
+        """The lengths, radius times angle."""
+        return rows[..., RADIUS] * rows[..., ANGLE]
+
+    @staticmethod
+    def row_middle(row):
+        """Halfway along it."""
+        half = 0.5 * row[ANGLE]
+        out = math.cos(half) * row[FIRST] + math.sin(half) * np.cross(row[NORMAL], row[FIRST])
+        return row[CENTER] + row[RADIUS] * out
+
+    @staticmethod
+    def row_box(rows):
+        """Around the whole circles."""
+        half = rows[:, RADIUS, None] * np.sqrt(np.maximum(0.0, 1.0 - rows[:, NORMAL] ** 2))
+        return rows[:, CENTER] - half, rows[:, CENTER] + half
+
+    @staticmethod
+    def row_places(rows, u, v):
+        """Around the centre from the start, u of the angle."""
+        start, turn = rows[:, FIRST], u * rows[:, ANGLE, None]
+        around = np.cos(turn) * start + np.sin(turn) * np.cross(rows[:, NORMAL], start)
+        return rows[:, CENTER] + rows[:, RADIUS, None] * around
 
 
 @dataclasses.dataclass(frozen=True)
-class Arc(Primitive):
+class Arc(Turn, Primitive):
     """A circular arc about `center` in the plane across `normal`.
 
     start: direction of the first point (its part across `normal` counts); angle: in (0, 2 pi], right-handed about
@@ -25,8 +104,6 @@ class Arc(Primitive):
     radius: float
     angle: float
 
-    dimension = 1
-    points = ("center",)
     directions = ("normal", "start")
 
     def _checked(self):
@@ -49,18 +126,29 @@ class Arc(Primitive):
         """The length, radius times angle."""
         return self.radius * self.angle
 
-    @property
-    def box(self):
-        """Least and greatest coordinates of the whole circle."""
-        reach = self.radius * np.sqrt(np.maximum(0.0, 1.0 - np.square(self.normal)))
-        return np.subtract(self.center, reach), np.add(self.center, reach)
-
     def pack(self, row):
         """Write radius, angle, centre, start and normal into an element row."""
         row[RADIUS], row[ANGLE] = self.radius, self.angle
         row[CENTER] = self.center
         row[FIRST] = self.start
         row[NORMAL] = self.normal
+
+    def mass_points(self, count):
+        """Gauss's rule over the angle."""
+        nodes, weights = gauss(count)
+        start = np.array(self.start)
+        return points_around(self, start / np.linalg.norm(start), self.angle * nodes), weights
+
+    def mass_points_needed(self, clearance, digits):
+        """The nearest singularity is over one of its points, at that distance."""
+        return interval_needed(math.asinh(clearance / self.radius) / (0.5 * self.angle), digits)
+
+
+def points_around(turn, start, angles) -> np.ndarray:
+    """Points (n, 3) of an arc or a circle at angles (n,) from the unit direction `start` (3,)."""
+    angles = angles[:, None]
+    around = np.cos(angles) * start + np.sin(angles) * np.cross(np.array(turn.normal), start)
+    return np.array(turn.center) + turn.radius * around
 
 
 def _across(owner, normal, start):

@@ -1,6 +1,12 @@
-"""What every primitive of a skeleton shares: frozen fields that may be functions of time."""
+"""What every primitive of a skeleton shares: frozen fields that may be functions of time, and declared traits.
+
+A subclass declares once, in its own file, all that the rest of the package knows of it; no other room keeps a table of
+primitives. Functions that start with `row_` are static and take packed rows (see `potentials.row`), by which the many
+elements of a scene are looked at together.
+"""
 
 import dataclasses
+import enum
 import functools
 import typing
 
@@ -8,9 +14,24 @@ import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import InputError
+from fieldsim.portable import Portable
+from fieldsim.potentials.row import POSITIONS, ROW_WIDTH
 
 # Lengths within which fields are right to rounding: their fourth powers are numbers.
 LEAST, MOST = 1e-60, validate.FARTHEST
+
+
+class Volume(enum.IntEnum):
+    """What lies within a distance of a primitive: its bounding volume, and the solid it is drawn as when drawn hard.
+
+    The renderer knows each volume once: how a ray pierces it, how it is drawn, how a picture lies around it.
+    """
+
+    BALL = 0
+    CAPSULE = 1
+    TUBE = 2  # around an arc
+    PRISM = 3  # around a triangle, with round edges
+    SLAB = 4
 
 
 @dataclasses.dataclass(frozen=True)
@@ -18,13 +39,59 @@ class Primitive:
     """A piece of a skeleton. Any field may be a number (or vector) or a function of time giving one.
 
     A primitive whose fields are all plain values is *concrete*: it is checked when made, and only it can be packed.
-    points, directions: names of the fields that move along, and of those that only turn, with the frame they are in.
+    A subclass without one of the traits in REQUIRED is refused when its class is defined; the others have defaults.
     """
 
+    REQUIRED: typing.ClassVar[dict[str, str]] = {
+        "points": "the names of the fields that are positions, such as ('start', 'end')",
+        "dimension": "0 for a point, 1 for a curve, 2 for a surface, 3 for a solid",
+        "measure": "a property: its length, area or volume, or 1 for a point",
+        "volume": "the Volume that all within a distance of it fills, such as Volume.CAPSULE",
+        "distance": "a portable (x, y, z, rows, i) -> distance to row i's primitive; None where it bounds no field",
+        "straight": "whether it is a piece of a whole line or plane",
+        "nearby": "the greatest measure of it within a distance of 1 of any point",
+        "corners": "how many of a row's three positions are corners of it, 1 to 3",
+        "_checked": "a method: its fields' values, checked and normalised",
+        "pack": "a method (row) that writes its geometry into an element row",
+        "row_measure": "a static function (rows (..., ROW_WIDTH)) -> its measures (...,)",
+        "row_middle": "a static function (row (ROW_WIDTH,)) -> its middle (3,)",
+        "row_box": "a static function (rows (N, ROW_WIDTH)) -> least and greatest coordinates, each (N, 3)",
+        "row_places": "a static function (rows (N, ROW_WIDTH), u, v) -> its points (N, 3) at parameters from 0 to 1",
+        "beside": "a method (radius) -> the point (3,) at that distance beside its middle",
+        "mass_points": "a method (count) -> points (n, 3) and weights (n,) of sum 1, `count` along each dimension",
+        "mass_points_needed": "a method (clearance, digits) -> how many along each dimension give its pull, see there",
+    }
+
+    # Names of the fields that are positions, and of those that are directions, in the frame of its body.
     points: typing.ClassVar[tuple[str, ...]]
     directions: typing.ClassVar[tuple[str, ...]] = ()
-    # Whether its field under 1/r is that of a mass spread over it.
-    carries_mass: typing.ClassVar[bool] = True
+    dimension: typing.ClassVar[int]
+    volume: typing.ClassVar[Volume]
+    # None where the field is not bounded by the distance: such a primitive can neither be drawn soft nor touched.
+    distance: typing.ClassVar[Portable | None]
+    # Whether it is a piece of a whole line or plane, so that its field is no more than theirs where `uniform`.
+    straight: typing.ClassVar[bool]
+    nearby: typing.ClassVar[float]
+    corners: typing.ClassVar[int]
+    # Whether it is all at the distance SIZE from the one position in its row.
+    round: typing.ClassVar[bool] = False
+    # Whether it has no end.
+    endless: typing.ClassVar[bool] = False
+    # Whether its density is 1 everywhere.
+    uniform: typing.ClassVar[bool] = True
+    # Whether a profile multiplies its field, which then is not that of a mass spread over it.
+    profiled: typing.ClassVar[bool] = False
+    # The power of length that a row's column ANGLE is in: 0 for an angle, 1 for a length, 2 for an area.
+    second_unit: typing.ClassVar[int] = 0
+    # The closed form of its Gaussian field along a ray, one of `render.solvers.packet`; "" where there is none.
+    along_rays: typing.ClassVar[str] = ""
+
+    def __init_subclass__(cls, **options):
+        super().__init_subclass__(**options)
+        for name, what in cls.REQUIRED.items():
+            # What only Primitive itself has is its declaration.
+            if not any(name in vars(one) for one in cls.__mro__ if one is not Primitive):
+                raise InputError(f"class {cls.__name__} lacks the trait {name!r}; define {name}, {what}")
 
     def __post_init__(self):
         if self.animated:
@@ -79,7 +146,7 @@ class Primitive:
     def turns_about(self, point, axis) -> bool:
         """Whether a turn about the line through `point` along the unit vector `axis` leaves all as it is.
 
-        It does where all points lie on the line and all directions along it: a Point, a Segment or a Circle there.
+        It does where all points lie on the line and all directions along it, as of a circle about it.
         """
         point = validate.vector("turns_about", "point", point)
         axis = validate.direction("turns_about", "axis", axis)
@@ -89,16 +156,76 @@ class Primitive:
         on_it = np.linalg.norm(np.cross(offsets, axis), axis=1).max() <= size
         return bool(on_it and all(np.linalg.norm(np.cross(way, axis)) <= 1e-12 for way in along))
 
+    def plain(self) -> "Primitive":
+        """The primitive without its profile."""
+        return self
+
+    @property
+    def packed(self) -> np.ndarray:
+        """Its geometry as an element row (ROW_WIDTH,), without kernel and strength."""
+        row = np.zeros(ROW_WIDTH)
+        self.pack(row)
+        return row
+
+    @property
+    def measure(self) -> float:
+        """Arc length, area, volume, or 1 for a point: what mass is spread over."""
+        raise NotImplementedError
+
     def pack(self, row) -> None:
         """Write the geometry into an element row (see `potentials.row`)."""
         raise NotImplementedError
 
-    @property
-    def measure(self) -> float:
-        """Arc length, area, or 1 for a point: what mass is spread over."""
+    def beside(self, radius: float) -> np.ndarray:
+        """The point (3,) at the distance `radius` beside its middle, where its field alone is measured."""
         raise NotImplementedError
 
-    @property
-    def dimension(self) -> int:
-        """0 for a point, 1 for a curve, 2 for a surface."""
+    def mass_points(self, count: int) -> tuple[np.ndarray, np.ndarray]:
+        """Points (n, 3) and weights (n,), of sum 1, of a mass spread over it, `count` along each of its dimensions.
+
+        Moments of the mass are exact as more are taken, polynomials up to the degree 2 count - 1 at once on all that
+        is straight.
+        """
         raise NotImplementedError
+
+    def mass_points_needed(self, clearance: float, digits: float) -> float:
+        """Mass points along each dimension that give its pull on what is `clearance` away to exp(-digits), relative."""
+        raise NotImplementedError
+
+    @staticmethod
+    def row_measure(rows: np.ndarray) -> np.ndarray:
+        """Measures (...,) of packed rows (..., ROW_WIDTH)."""
+        raise NotImplementedError
+
+    @staticmethod
+    def row_middle(row: np.ndarray) -> np.ndarray:
+        """The middle (3,) of a packed row (ROW_WIDTH,)."""
+        raise NotImplementedError
+
+    @staticmethod
+    def row_box(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Least and greatest coordinates, each (N, 3), of packed rows (N, ROW_WIDTH)."""
+        raise NotImplementedError
+
+    @staticmethod
+    def row_places(rows: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Points (N, 3) of packed rows (N, ROW_WIDTH) at parameters (N, 1) from 0 to 1.
+
+        u runs along a curve; on a triangle u and v, u + v <= 1, run along two edges.
+        """
+        raise NotImplementedError
+
+    @staticmethod
+    def row_factor(rows: np.ndarray):
+        """No less than what a profile multiplies the field of packed rows (..., ROW_WIDTH) with, in size."""
+        return 1.0
+
+    @staticmethod
+    def row_factor_bend(rows: np.ndarray):
+        """How sharply the profiles of packed rows (..., ROW_WIDTH) bend log F, in 1 / length^2."""
+        return 0.0
+
+
+def row_corners(rows: np.ndarray, count: int) -> np.ndarray:
+    """The first `count` positions of packed rows (N, ROW_WIDTH), (N, count, 3)."""
+    return rows[:, POSITIONS].reshape(-1, 3, 3)[:, :count]

@@ -6,21 +6,21 @@ import math
 import numpy as np
 
 from fieldsim import validate
+from fieldsim.potentials.primitives.arc import Turn, points_around
 from fieldsim.potentials.primitives.base import Primitive
 from fieldsim.potentials.row import ANGLE, CENTER, FIRST, NORMAL, RADIUS
 
 
 @dataclasses.dataclass(frozen=True)
-class Circle(Primitive):
+class Circle(Turn, Primitive):
     """A full circle about `center`, in the plane across `normal`: an Arc of 2 pi."""
 
     center: tuple[float, float, float]
     normal: tuple[float, float, float]
     radius: float
 
-    dimension = 1
-    points = ("center",)
     directions = ("normal",)
+    along_rays = "rings"
 
     def _checked(self):
         return {
@@ -34,17 +34,24 @@ class Circle(Primitive):
         """The circumference."""
         return math.tau * self.radius
 
-    @property
-    def box(self):
-        """Least and greatest coordinates of the whole circle."""
-        reach = self.radius * np.sqrt(np.maximum(0.0, 1.0 - np.square(self.normal)))
-        return np.subtract(self.center, reach), np.add(self.center, reach)
-
     def pack(self, row):
         """Write radius, angle, centre, some start and the normal into an element row."""
-        normal = np.array(self.normal)
-        start = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
         row[RADIUS], row[ANGLE] = self.radius, math.tau
         row[CENTER] = self.center
-        row[FIRST] = start / np.linalg.norm(start)
-        row[NORMAL] = normal
+        row[FIRST] = self._start
+        row[NORMAL] = self.normal
+
+    @property
+    def _start(self):
+        """Some unit direction (3,) across the normal."""
+        normal = np.array(self.normal)
+        start = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
+        return start / np.linalg.norm(start)
+
+    def mass_points(self, count):
+        """Evenly spaced points, the best rule for what closes."""
+        return points_around(self, self._start, 2 * math.pi * (np.arange(count) / count)), np.full(count, 1.0 / count)
+
+    def mass_points_needed(self, clearance, digits):
+        """By the rule for periodic integrands: n points err by exp(-n eta), sinh(eta) = clearance / radius."""
+        return digits / math.asinh(clearance / self.radius)

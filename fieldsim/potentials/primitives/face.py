@@ -6,13 +6,14 @@ import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import InputError
-from fieldsim.potentials.primitives.base import Primitive
-from fieldsim.potentials.primitives.triangle import Triangle
-from fieldsim.potentials.row import KERNEL_WIDTH, SOLID_REACH, TO_CENTER
+from fieldsim.potentials.primitives.base import Primitive, row_corners
+from fieldsim.potentials.primitives.quadrature import simplex, simplex_needed
+from fieldsim.potentials.primitives.triangle import Flat, Triangle
+from fieldsim.potentials.row import CORNER_A, KERNEL_WIDTH, SOLID_REACH, TO_CENTER
 
 
 @dataclasses.dataclass(frozen=True)
-class Face(Primitive):
+class Face(Flat, Primitive):
     """One flat face of a closed surface, right-handed about the outside; a sum over all its faces is a solid's field.
 
     Alone it has no meaning. All faces of a solid share `center`, any point near its middle, and `reach`, about the
@@ -27,8 +28,11 @@ class Face(Primitive):
     center: tuple[float, float, float] = (0.0, 0.0, 0.0)
     reach: float = 1.0
 
-    dimension = 3
     points = ("a", "b", "c", "center")
+    dimension = 3
+    # Its field is that of what lies behind it, or its part of it.
+    distance = None
+    second_unit = 1  # its reach
 
     def _checked(self):
         try:
@@ -59,3 +63,18 @@ class Face(Primitive):
         triangle.pack(row)
         row[SOLID_REACH] = self.reach
         row[TO_CENTER] = np.subtract(self.center, self.a)
+
+    def mass_points(self, count):
+        """Gauss's rule in Duffy's coordinates, of the tetrahedron between the face and the centre."""
+        return simplex([self.center, self.a, self.b, self.c], count)[:2]
+
+    def mass_points_needed(self, clearance, digits):
+        """By its longest edge."""
+        return simplex_needed([self.a, self.b, self.c], clearance, digits)
+
+    @staticmethod
+    def row_measure(rows):
+        """The signed volumes between faces and centre."""
+        center = rows[:, CORNER_A] + rows[:, TO_CENTER]
+        a, b, c = np.moveaxis(row_corners(rows, 3) - center[:, None], 1, 0)
+        return np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0

@@ -1,11 +1,26 @@
 """Infinite planes."""
 
 import dataclasses
+import math
+
+import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import InputError
-from fieldsim.potentials.primitives.base import Primitive
-from fieldsim.potentials.row import NORMAL, POINT
+from fieldsim.portable import Table, portable, real
+from fieldsim.potentials.primitives.base import Primitive, Volume
+from fieldsim.potentials.row import NORMAL, POINT, normal_of, point_of
+
+
+@portable
+def plane_distance(x: real, y: real, z: real, rows: Table, i: int):
+    """Distance to a plane."""
+    px, py, pz = point_of(rows, i)
+    dx = x - px
+    dy = y - py
+    dz = z - pz
+    nx, ny, nz = normal_of(rows, i)
+    return abs(dx * nx + dy * ny + dz * nz)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -15,9 +30,15 @@ class Plane(Primitive):
     point: tuple[float, float, float]
     normal: tuple[float, float, float]
 
-    dimension = 2
     points = ("point",)
     directions = ("normal",)
+    dimension = 2
+    volume = Volume.SLAB
+    distance = plane_distance
+    straight = True
+    endless = True
+    nearby = math.pi
+    corners = 1
 
     def _checked(self):
         return {
@@ -41,3 +62,35 @@ class Plane(Primitive):
         """Write point and normal into an element row."""
         row[POINT] = self.point
         row[NORMAL] = self.normal
+
+    def beside(self, radius):
+        """Above its point."""
+        return np.add(self.point, radius * np.array(self.normal))
+
+    def mass_points(self, count):
+        """Raises InputError, as `measure`."""
+        return self.measure
+
+    def mass_points_needed(self, clearance, digits):
+        """Raises InputError, as `measure`."""
+        return self.measure
+
+    @staticmethod
+    def row_measure(rows):
+        """Infinite."""
+        return np.full(rows.shape[:-1], math.inf)
+
+    @staticmethod
+    def row_middle(row):
+        """Its point."""
+        return row[POINT]
+
+    @staticmethod
+    def row_box(rows):
+        """All of space."""
+        return np.full((len(rows), 3), -math.inf), np.full((len(rows), 3), math.inf)
+
+    @staticmethod
+    def row_places(rows, u, v):
+        """Its point: no parameters from 0 to 1 would cover it."""
+        return rows[:, POINT]

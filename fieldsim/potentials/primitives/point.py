@@ -1,10 +1,24 @@
 """Points."""
 
 import dataclasses
+import math
+
+import numpy as np
 
 from fieldsim import validate
-from fieldsim.potentials.primitives.base import Primitive
-from fieldsim.potentials.row import POINT
+from fieldsim.portable import Table, portable, real
+from fieldsim.potentials.primitives.base import Primitive, Volume
+from fieldsim.potentials.row import POINT, point_of
+
+
+@portable
+def point_distance(x: real, y: real, z: real, rows: Table, i: int):
+    """Distance to a point."""
+    px, py, pz = point_of(rows, i)
+    dx = x - px
+    dy = y - py
+    dz = z - pz
+    return math.sqrt(dx * dx + dy * dy + dz * dz)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -13,9 +27,15 @@ class Point(Primitive):
 
     position: tuple[float, float, float]
 
-    measure = 1.0
-    dimension = 0
     points = ("position",)
+    dimension = 0
+    measure = 1.0
+    volume = Volume.BALL
+    distance = point_distance
+    straight = False
+    nearby = 1.0
+    corners = 1
+    along_rays = "points"
 
     def _checked(self):
         return {"position": validate.vector("Point", "position", self.position)}
@@ -23,3 +43,35 @@ class Point(Primitive):
     def pack(self, row):
         """Write the position into an element row."""
         row[POINT] = self.position
+
+    def beside(self, radius):
+        """Above it."""
+        return np.add(self.position, (0.0, 0.0, radius))
+
+    def mass_points(self, count):
+        """Itself."""
+        return np.array([self.position]), np.ones(1)
+
+    def mass_points_needed(self, clearance, digits):
+        """One."""
+        return 1.0
+
+    @staticmethod
+    def row_measure(rows):
+        """1 each."""
+        return np.ones(rows.shape[:-1])
+
+    @staticmethod
+    def row_middle(row):
+        """The point."""
+        return row[POINT]
+
+    @staticmethod
+    def row_box(rows):
+        """The point, twice."""
+        return rows[:, POINT], rows[:, POINT]
+
+    @staticmethod
+    def row_places(rows, u, v):
+        """The point, whatever the parameters."""
+        return rows[:, POINT]

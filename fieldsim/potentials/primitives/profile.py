@@ -14,6 +14,8 @@ Value, gradient and Hessian are those of the product; on the planes above deriva
 
 import dataclasses
 
+import numpy as np
+
 from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.potentials.primitives.arc import Arc
@@ -24,6 +26,10 @@ SHAPES = ("along", "hat", "sine")
 # What a row holds, and enough: in powers of u a wave of degree 12 between -1 and 1 (Chebyshev's) has coefficients up to
 # 2e8, whose sum is good to 1e-7 only; more of them would say less.
 DEGREE = 12
+# Where a profile is looked at, and how much it may exceed what is seen there: by Markov's inequality a polynomial of
+# degree 12 changes by less than 2 * 12^2 of its maximum over half a step.
+_PROBES = np.linspace(0.0, 1.0, 1001)
+_BETWEEN = 1.2
 
 
 @dataclasses.dataclass(frozen=True)
@@ -82,49 +88,72 @@ def polynomial(*coefficients) -> Profile:
     return Profile(tuple(validate.number("polynomial", f"coefficients[{k}]", c) for k, c in enumerate(coefficients)))
 
 
+class Profiled:
+    """What primitives with a profile along them share."""
+
+    profiled = True
+    along_rays = ""
+
+    def _checked(self):
+        remedy = "give one such as fs.profile.linear(1, 0)"
+        profile = validate.instance(type(self).__name__, "profile", self.profile, Profile, remedy)
+        return {**super()._checked(), "profile": profile}
+
+    def plain(self):
+        """The primitive without its profile."""
+        kind = next(plain for plain, profiled in _PROFILED.items() if profiled is type(self))
+        return kind(**{field.name: getattr(self, field.name) for field in dataclasses.fields(kind)})
+
+    def pack(self, row):
+        """Write the primitive and its profile into an element row."""
+        super().pack(row)
+        self.profile.pack(row)
+
+    @staticmethod
+    def row_factor(rows):
+        """No less than what the profiles multiply the field with, in size."""
+        return _BETWEEN * np.abs(_sampled(rows)).max(axis=-1)
+
+    @classmethod
+    def row_factor_bend(cls, rows):
+        """How sharply profiles bend log F: of the order of their greatest slope, relative and squared."""
+        values = _sampled(rows)
+        slope = np.abs(np.gradient(values, _PROBES, axis=-1)).max(axis=-1) / np.abs(values).max(axis=-1)
+        # u changes by 2 / length along a hat, and on an arc faster nearer to its axis.
+        return (4.0 * slope / cls.row_measure(rows)) ** 2
+
+
+def _sampled(rows):
+    """The polynomials of s at the probes, (..., probes)."""
+    values = 0.0
+    for k in reversed(range(COEFFICIENTS.start, COEFFICIENTS.stop)):
+        values = values * _PROBES + rows[..., k, None]
+    return values
+
+
 @dataclasses.dataclass(frozen=True)
-class ProfiledSegment(Segment):
+class ProfiledSegment(Profiled, Segment):
     """A segment whose field is multiplied by a profile along it."""
 
-    carries_mass = False
     profile: Profile = Profile((1.0,))
-
-    def _checked(self):
-        return {**super()._checked(), "profile": _profile(self)}
-
-    def pack(self, row):
-        """Write the segment and its profile into an element row."""
-        super().pack(row)
-        self.profile.pack(row)
 
 
 @dataclasses.dataclass(frozen=True)
-class ProfiledArc(Arc):
+class ProfiledArc(Profiled, Arc):
     """An arc whose field is multiplied by a profile along it."""
 
-    carries_mass = False
     profile: Profile = Profile((1.0,))
 
-    def _checked(self):
-        return {**super()._checked(), "profile": _profile(self)}
 
-    def pack(self, row):
-        """Write the arc and its profile into an element row."""
-        super().pack(row)
-        self.profile.pack(row)
+_PROFILED = {Segment: ProfiledSegment, Arc: ProfiledArc}
 
 
 def profiled(primitive, profile: Profile) -> ProfiledSegment | ProfiledArc:
     """A Segment or an Arc with a profile along it."""
-    for plain, kind in ((Segment, ProfiledSegment), (Arc, ProfiledArc)):
-        if type(primitive) is plain:
-            validate.instance("profiled", "profile", profile, Profile, "give one such as fs.profile.linear(1, 0)")
-            values = {field.name: getattr(primitive, field.name) for field in dataclasses.fields(primitive)}
-            return kind(**values, profile=profile)
-    remedy = "give a fs.Segment or a fs.Arc (an Arc of 2 pi for a Circle)"
-    raise InputError(f"profiled: primitive is {validate.shown(primitive)}, which has no profiles; {remedy}")
-
-
-def _profile(primitive):
-    remedy = "give one such as fs.profile.linear(1, 0)"
-    return validate.instance(type(primitive).__name__, "profile", primitive.profile, Profile, remedy)
+    kind = _PROFILED.get(type(primitive))
+    if kind is None:
+        remedy = "give a fs.Segment or a fs.Arc (an Arc of 2 pi for a Circle)"
+        raise InputError(f"profiled: primitive is {validate.shown(primitive)}, which has no profiles; {remedy}")
+    validate.instance("profiled", "profile", profile, Profile, "give one such as fs.profile.linear(1, 0)")
+    values = {field.name: getattr(primitive, field.name) for field in dataclasses.fields(primitive)}
+    return kind(**values, profile=profile)

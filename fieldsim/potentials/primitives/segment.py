@@ -7,8 +7,26 @@ import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import InputError
-from fieldsim.potentials.primitives.base import Primitive
-from fieldsim.potentials.row import AXIS, END, LENGTH, START
+from fieldsim.portable import Table, portable, real
+from fieldsim.potentials.primitives.base import Primitive, Volume, row_corners
+from fieldsim.potentials.primitives.quadrature import simplex, simplex_needed
+from fieldsim.potentials.row import AXIS, END, LENGTH, START, axis_of, start_of
+
+
+@portable
+def segment_distance(x: real, y: real, z: real, rows: Table, i: int):
+    """Distance to a segment."""
+    px, py, pz = start_of(rows, i)
+    dx = x - px
+    dy = y - py
+    dz = z - pz
+    ax, ay, az = axis_of(rows, i)
+    along = dx * ax + dy * ay + dz * az
+    along = min(max(along, real(0.0)), rows[i, LENGTH])
+    dx -= along * ax
+    dy -= along * ay
+    dz -= along * az
+    return math.sqrt(dx * dx + dy * dy + dz * dz)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -18,8 +36,14 @@ class Segment(Primitive):
     start: tuple[float, float, float]
     end: tuple[float, float, float]
 
-    dimension = 1
     points = ("start", "end")
+    dimension = 1
+    volume = Volume.CAPSULE
+    distance = segment_distance
+    straight = True
+    nearby = 2.0
+    corners = 2
+    along_rays = "segments"
 
     def _checked(self):
         owner = type(self).__name__
@@ -36,10 +60,49 @@ class Segment(Primitive):
 
     def pack(self, row):
         """Write length, ends and axis into an element row."""
-        row[LENGTH] = self.measure
+        length = math.dist(self.start, self.end)
+        row[LENGTH] = length
         row[START] = self.start
         row[END] = self.end
-        row[AXIS] = np.subtract(self.end, self.start) / self.measure
+        row[AXIS] = np.subtract(self.end, self.start) / length
+
+    def beside(self, radius):
+        """Beside its middle, across the axis."""
+        row = self.packed
+        axis = row[AXIS]
+        aside = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+        return self.row_middle(row) + radius * aside / np.linalg.norm(aside)
+
+    def mass_points(self, count):
+        """Gauss's rule."""
+        points, shares, _ = simplex([self.start, self.end], count)
+        return points, shares / shares.sum()
+
+    def mass_points_needed(self, clearance, digits):
+        """By its length."""
+        return simplex_needed([self.start, self.end], clearance, digits)
+
+    @staticmethod
+    def row_measure(rows):
+        """The lengths."""
+        return rows[..., LENGTH]
+
+    @staticmethod
+    def row_middle(row):
+        """Halfway between the ends."""
+        return 0.5 * (row[START] + row[END])
+
+    @staticmethod
+    def row_box(rows):
+        """Around both ends."""
+        corners = row_corners(rows, 2)
+        return corners.min(axis=1), corners.max(axis=1)
+
+    @staticmethod
+    def row_places(rows, u, v):
+        """From start to end, u of the way."""
+        start = rows[:, START]
+        return start + u * (rows[:, END] - start)
 
 
 def _plain(point):

@@ -4,8 +4,9 @@ import dataclasses
 
 from fieldsim import validate
 from fieldsim.errors import InputError
+from fieldsim.potentials.primitives.quadrature import simplex
 from fieldsim.potentials.primitives.segment import Segment
-from fieldsim.potentials.row import END_DENSITY, START_DENSITY
+from fieldsim.potentials.row import END_DENSITY, LENGTH, START_DENSITY
 
 
 @dataclasses.dataclass(frozen=True)
@@ -18,6 +19,9 @@ class TaperedSegment(Segment):
 
     start_density: float = 1.0
     end_density: float = 0.0
+
+    uniform = False
+    along_rays = ""
 
     def _checked(self):
         densities = {
@@ -35,5 +39,16 @@ class TaperedSegment(Segment):
 
     def pack(self, row):
         """Write the segment and its densities into an element row."""
-        Segment(self.start, self.end).pack(row)
+        super().pack(row)
         row[START_DENSITY], row[END_DENSITY] = self.start_density, self.end_density
+
+    def mass_points(self, count):
+        """Gauss's rule, weighted by the density."""
+        points, shares, u = simplex([self.start, self.end], count)
+        shares = shares * (self.start_density + u * (self.end_density - self.start_density))
+        return points, shares / shares.sum()
+
+    @staticmethod
+    def row_measure(rows):
+        """Lengths times mean densities."""
+        return rows[..., LENGTH] * 0.5 * (rows[..., START_DENSITY] + rows[..., END_DENSITY])

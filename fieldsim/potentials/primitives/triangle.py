@@ -1,25 +1,98 @@
 """Triangles."""
 
 import dataclasses
+import math
 
 import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import InputError
-from fieldsim.potentials.primitives.base import Primitive
-from fieldsim.potentials.row import AREA, CORNER_A, CORNER_B, CORNER_C, EDGE, NORMAL, SIZE
+from fieldsim.portable import Table, portable, real
+from fieldsim.potentials.primitives.base import Primitive, Volume, row_corners
+from fieldsim.potentials.primitives.plane import plane_distance
+from fieldsim.potentials.primitives.quadrature import simplex, simplex_needed
+from fieldsim.potentials.row import AREA, CORNER_A, CORNER_B, CORNER_C, EDGE, NORMAL, POSITIONS, SIZE, normal_of
+
+# The first columns of corners.
+_A, _B, _C = CORNER_A.start, CORNER_B.start, CORNER_C.start
+
+
+@portable
+def _beside_edge(x: real, y: real, z: real, rows: Table, i: int, p: int, q: int):
+    """Squared distance to the edge between the corners in columns p.. and q.., and the point's side of it.
+
+    The side is positive on the inner one, in the plane.
+    """
+    nx, ny, nz = normal_of(rows, i)
+    dx = x - rows[i, p]
+    dy = y - rows[i, p + 1]
+    dz = z - rows[i, p + 2]
+    ex = rows[i, q] - rows[i, p]
+    ey = rows[i, q + 1] - rows[i, p + 1]
+    ez = rows[i, q + 2] - rows[i, p + 2]
+    side = nx * (ey * dz - ez * dy) + ny * (ez * dx - ex * dz) + nz * (ex * dy - ey * dx)
+    along = (dx * ex + dy * ey + dz * ez) / (ex * ex + ey * ey + ez * ez)
+    along = min(max(along, real(0.0)), real(1.0))
+    dx -= along * ex
+    dy -= along * ey
+    dz -= along * ez
+    return dx * dx + dy * dy + dz * dz, side
+
+
+@portable
+def triangle_distance(x: real, y: real, z: real, rows: Table, i: int):
+    """Distance to a triangle."""
+    ab, side_ab = _beside_edge(x, y, z, rows, i, _A, _B)
+    bc, side_bc = _beside_edge(x, y, z, rows, i, _B, _C)
+    ca, side_ca = _beside_edge(x, y, z, rows, i, _C, _A)
+    if min(side_ab, min(side_bc, side_ca)) >= real(0.0):
+        return plane_distance(x, y, z, rows, i)
+    return math.sqrt(min(ab, min(bc, ca)))
+
+
+class Flat:
+    """What triangles and faces share: a row of three corners and their normal."""
+
+    volume = Volume.PRISM
+    straight = True
+    nearby = math.pi
+    corners = 3
+
+    def beside(self, radius):
+        """Above its centroid, along the normal."""
+        row = self.packed
+        return self.row_middle(row) + radius * row[NORMAL]
+
+    @staticmethod
+    def row_middle(row):
+        """The corners' mean."""
+        return row[POSITIONS].reshape(3, 3).mean(axis=0)
+
+    @staticmethod
+    def row_box(rows):
+        """Around the corners."""
+        corners = row_corners(rows, 3)
+        return corners.min(axis=1), corners.max(axis=1)
+
+    @staticmethod
+    def row_places(rows, u, v):
+        """From the first corner u of the way towards the second and v towards the third."""
+        first = rows[:, CORNER_A]
+        return first + u * (rows[:, CORNER_B] - first) + v * (rows[:, CORNER_C] - first)
 
 
 @dataclasses.dataclass(frozen=True)
-class Triangle(Primitive):
+class Triangle(Flat, Primitive):
     """A flat triangle. Its normal is right-handed about a, b, c."""
 
     a: tuple[float, float, float]
     b: tuple[float, float, float]
     c: tuple[float, float, float]
 
-    dimension = 2
     points = ("a", "b", "c")
+    dimension = 2
+    distance = triangle_distance
+    second_unit = 2  # its area
 
     def _checked(self):
         corners = {name: validate.vector("Triangle", name, getattr(self, name)) for name in "abc"}
@@ -58,3 +131,16 @@ class Triangle(Primitive):
             key=np.linalg.norm,
         )
         row[NORMAL] = normal / np.linalg.norm(normal)
+
+    def mass_points(self, count):
+        """Gauss's rule in Duffy's coordinates."""
+        return simplex([self.a, self.b, self.c], count)[:2]
+
+    def mass_points_needed(self, clearance, digits):
+        """By its longest edge."""
+        return simplex_needed([self.a, self.b, self.c], clearance, digits)
+
+    @staticmethod
+    def row_measure(rows):
+        """The areas."""
+        return rows[..., AREA]

@@ -8,6 +8,7 @@ import math
 
 import warp as wp
 
+from fieldsim.potentials.primitives.base import Volume
 from fieldsim.render.materials.mipmaps import looked_up
 from fieldsim.render.materials.table import (
     ACROSS,
@@ -22,7 +23,6 @@ from fieldsim.render.materials.table import (
     TURBULENCE,
     triple,
 )
-from fieldsim.render.scene import bounds
 from fieldsim.render.scene.tables import Scene
 from fieldsim.world import texture
 
@@ -32,7 +32,7 @@ _PLAIN = wp.constant(0)
 _CHECKER, _CLOUDS, _MARBLE, _PICTURE = (
     wp.constant(kind.kind) for kind in (texture.Checker, texture.Clouds, texture.Marble, texture.ImageTexture)
 )
-_POINT, _SEGMENT, _ARC = (wp.constant(shape) for shape in (bounds.POINT, bounds.SEGMENT, bounds.ARC))
+_BALL, _CAPSULE, _TUBE = (wp.constant(int(volume)) for volume in (Volume.BALL, Volume.CAPSULE, Volume.TUBE))
 _WHOLE = wp.constant(math.tau - 1e-5)  # an angle from which an arc is a circle
 _TINY = wp.constant(1.0e-12)
 
@@ -154,11 +154,11 @@ def on_element(scene: Scene, m: int, j: int, here: wp.vec3):
     turn = scene.turns[m]
     p = turn * (here - wp.vec3(scene.rows[j, 5], scene.rows[j, 6], scene.rows[j, 7]))
     shape = scene.shape[j]
-    if shape == _POINT:
+    if shape == _BALL:
         return around_ball(p)
     first = turn * wp.vec3(scene.rows[j, 14], scene.rows[j, 15], scene.rows[j, 16])
     normal = turn * wp.vec3(scene.rows[j, 17], scene.rows[j, 18], scene.rows[j, 19])
-    if shape == _ARC:
+    if shape == _TUBE:
         # In the frame of its middle.
         unit = wp.length(normal)
         z = normal / unit
@@ -167,10 +167,10 @@ def on_element(scene: Scene, m: int, j: int, here: wp.vec3):
         x = wp.cos(half) * x + wp.sin(half) * wp.cross(z, x)
         q = wp.vec3(wp.dot(p, x), wp.dot(p, wp.cross(z, x)), wp.dot(p, z))
         return around_tube(q, unit * scene.rows[j, 2], scene.rows[j, 3])
-    z = wp.normalize(wp.where(shape == _SEGMENT, first, normal))
+    z = wp.normalize(wp.where(shape == _CAPSULE, first, normal))
     x = beside(z)
     q = wp.vec3(wp.dot(p, x), wp.dot(p, wp.cross(z, x)), wp.dot(p, z))
-    if shape == _SEGMENT:
+    if shape == _CAPSULE:
         return along_rod(q, wp.length(first) * scene.rows[j, 2])
     return in_plane(q[0], q[1])
 

@@ -16,7 +16,7 @@ import math
 import numpy as np
 
 from fieldsim.potentials import registry
-from fieldsim.potentials.bounds.reach import measure, profile_bend, reach, scale, within
+from fieldsim.potentials.bounds.reach import reach, scale, within
 from fieldsim.potentials.elements import Elements
 from fieldsim.potentials.kernels import (
     COMPACT,
@@ -28,20 +28,9 @@ from fieldsim.potentials.kernels import (
     Quartic,
     SoftObject,
 )
+from fieldsim.potentials.primitives.base import Volume
 from fieldsim.potentials.row import ANGLE, KERNEL_WIDTH, POSITIONS, SIZE, STRENGTH
 
-POINT, SEGMENT, ARC, TRIANGLE, PLANE = range(5)
-_SHAPES = {
-    "Point": POINT,
-    "Segment": SEGMENT,
-    "ProfiledSegment": SEGMENT,
-    "TaperedSegment": SEGMENT,
-    "Arc": ARC,
-    "ProfiledArc": ARC,
-    "Circle": ARC,
-    "Triangle": TRIANGLE,
-    "Plane": PLANE,
-}
 # Kernels that are powers -order / 2 of r^2 + softening^2 (a Cauchy's softening is 1 / s). Others have one bend, or end.
 ORDER = {Newtonian: 1, InverseSquare: 2, Cauchy: 4}
 ENDS = -1
@@ -63,7 +52,7 @@ _SHARED_TAILS = 100
 class Bounded:
     """Elements relative to the eye, in units of `unit`, with what bounds them. All float64; N elements.
 
-    rows (N, WIDTH); kinds (N,); shape (N,): POINT, SEGMENT, ARC, TRIANGLE or PLANE; reach (N,): the distance from the
+    rows (N, WIDTH); kinds (N,); shape (N,): its `Volume`; reach (N,): the distance from the
     primitive beyond which the element is cut; core (N,): radius within which a point alone exceeds the level, 0 for
     other shapes and where some strength is negative; width (N,): length over which its field changes; bend (N,): see
     above, of planes for a ray straight onto them; order (N,): above 0 for those that bend as order / distance^2
@@ -93,21 +82,21 @@ def bound(elements: Elements, eye: np.ndarray, unit: float, tolerance: float = 1
     shape, order = np.zeros((2, len(rows)), dtype=np.int32)
     bend, level = np.zeros(len(rows)), np.full(len(rows), tolerance / _SHARED)
     for formula, where in parts:
-        shape[where] = _SHAPES[formula.primitive.__name__]
+        shape[where] = formula.primitive.volume
         order[where] = ENDS if formula.kernel in COMPACT else ORDER.get(formula.kernel, 0)
         bend[where] = _bend(formula, rows[where])
         if formula.kernel is Cauchy:
             level[where] = tolerance / min(len(kinds[where]), _SHARED_TAILS) ** 0.5
     far = reach(rows, kinds, level)
     signed = (rows[:, STRENGTH] < 0.0).any()
-    core = np.where((shape == POINT) & (not signed), reach(rows, kinds, 1.0), 0.0)
+    core = np.where((shape == Volume.BALL) & (not signed), reach(rows, kinds, 1.0), 0.0)
     if signed:
         bend, order = _SIGNED * bend, np.where(order > 0, int(_SIGNED) * order, order)
     start, end, extent = _capsules(rows, shape)
     if parts and {formula.kernel for formula, _ in parts} <= set(_UNITS):
         far = np.minimum(far, _around(parts, rows, start, end, extent))
     far = np.minimum(far, FAR)
-    radius = np.where(shape == PLANE, FAR, far + extent)
+    radius = np.where(shape == Volume.SLAB, FAR, far + extent)
     width = np.minimum(scale(rows, kinds), FAR)
     return Bounded(rows, kinds, shape, far, core, width, bend, order, start, end, radius)
 
@@ -118,13 +107,10 @@ def _scaled(elements, eye, unit):
     rows[:, POSITIONS] = (rows[:, POSITIONS] - np.tile(eye, 3)) / unit
     rows[:, SIZE] /= unit
     for formula, where in registry.parts_of(elements.kinds):
-        name = formula.primitive.__name__
-        dimension = {POINT: 0, TRIANGLE: 2, PLANE: 2}.get(_SHAPES[name], 1)
         inverse_width = formula.kernel in (Gaussian, Cauchy)
         rows[where, KERNEL_WIDTH] *= unit if inverse_width else 1.0 / unit
-        rows[where, STRENGTH] *= unit ** (dimension - _UNITS.get(formula.kernel, 0))
-        if name == "Triangle":
-            rows[where, ANGLE] /= unit**2  # its area
+        rows[where, STRENGTH] *= unit ** (formula.primitive.dimension - _UNITS.get(formula.kernel, 0))
+        rows[where, ANGLE] /= unit**formula.primitive.second_unit
     return rows
 
 
@@ -137,7 +123,7 @@ def _bend(formula, rows):
         bend = 2.0 * _ROOT_BENDS[formula.kernel] * amplitude / width**2
     else:
         bend = 2.0 * width**2 if formula.kernel is Gaussian else 0.0
-    return bend + profile_bend(formula, rows)
+    return bend + formula.primitive.row_factor_bend(rows)
 
 
 def unit_of(elements: Elements, radii: np.ndarray) -> float:
@@ -151,27 +137,15 @@ def unit_of(elements: Elements, radii: np.ndarray) -> float:
 def reaches_level(bounded: Bounded) -> bool:
     """Whether the field is at least 1 at the middle of some primitive; looks at the most promising ones."""
     total = registry.field_sum(tuple(np.unique(bounded.kinds).tolist()))
+    primitives = {formula.kind: formula.primitive for formula in registry.FORMULAS.values()}
     for i in np.argsort(-bounded.reach / bounded.width, kind="stable")[:16]:
-        point = _middle(bounded.rows[i], bounded.shape[i])
+        point = primitives[bounded.kinds[i]].row_middle(bounded.rows[i])
         try:
             if total(*map(float, point), bounded.rows, bounded.kinds, 0, len(bounded.kinds))[0] >= 1.0:
                 return True
         except (OverflowError, ZeroDivisionError):
             return True
     return False
-
-
-def _middle(row, shape):
-    """The middle of a primitive."""
-    if shape == SEGMENT:
-        return 0.5 * (row[5:8] + row[8:11])
-    if shape == TRIANGLE:
-        return row[POSITIONS].reshape(3, 3).mean(axis=0)
-    if shape == ARC:
-        half = 0.5 * row[ANGLE]
-        turned = math.cos(half) * row[14:17] + math.sin(half) * np.cross(row[17:20], row[14:17])
-        return row[5:8] + row[SIZE] * turned
-    return row[5:8]
 
 
 def _around(parts, rows, start, end, extent):
@@ -184,7 +158,7 @@ def _around(parts, rows, start, end, extent):
     sums = {1: 0.0, 2: 0.0}
     for formula, where in parts:
         part = rows[where]
-        mass = np.maximum(part[:, STRENGTH], 0.0) * measure(formula.primitive, part)
+        mass = np.maximum(part[:, STRENGTH], 0.0) * formula.primitive.row_measure(part)
         sums[_UNITS[formula.kernel]] += np.sum(mass)
     ball = np.max(span) + 0.5 * (sums[1] + math.sqrt(sums[1] ** 2 + 4.0 * sums[2]))
     return ball * (1.0 + 1e-6) + span[0]
@@ -194,13 +168,13 @@ def _capsules(rows, shape):
     """(start, end, extent): lines (N, 3) and distances from them that hold the primitives; a plane's nearest point."""
     start = rows[:, 5:8].copy()
     end = start.copy()
-    extent = np.where(shape == ARC, rows[:, SIZE], 0.0)
-    segments = shape == SEGMENT
+    extent = np.where(shape == Volume.TUBE, rows[:, SIZE], 0.0)
+    segments = shape == Volume.CAPSULE
     end[segments] = rows[segments, 8:11]
-    planes = shape == PLANE
+    planes = shape == Volume.SLAB
     normal = rows[planes, 17:20]
     start[planes] = end[planes] = np.sum(normal * start[planes], axis=1)[:, None] * normal
-    flat = np.flatnonzero(shape == TRIANGLE)
+    flat = np.flatnonzero(shape == Volume.PRISM)
     corners = rows[flat, POSITIONS].reshape(-1, 3, 3)
     sides = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
     longest = np.argmax(sides, axis=1)

@@ -6,14 +6,14 @@ pierced twice; the result then spans both passages.
 
 import warp as wp
 
-from fieldsim.potentials.bounds.distance import arc_distance
+from fieldsim.potentials.primitives.arc import arc_distance
+from fieldsim.potentials.primitives.base import Volume
 from fieldsim.render.scene import bounds
 
 MISS = wp.constant(1.0e30)
-_POINT = wp.constant(bounds.POINT)
-_SEGMENT = wp.constant(bounds.SEGMENT)
-_ARC = wp.constant(bounds.ARC)
-_TRIANGLE = wp.constant(bounds.TRIANGLE)
+_BALL, _CAPSULE, _TUBE, _PRISM = (
+    wp.constant(int(volume)) for volume in (Volume.BALL, Volume.CAPSULE, Volume.TUBE, Volume.PRISM)
+)
 _FAR = wp.constant(bounds.FAR)
 
 _distance_to_arc = arc_distance.warp(wp.float32)
@@ -140,15 +140,15 @@ def _pierce_arc(o: wp.vec3, d: wp.vec3, rows: wp.array2d(dtype=float), i: int, n
 def pierce(o: wp.vec3, d: wp.vec3, shape: int, rows: wp.array2d(dtype=float), i: int, reach: float):
     """Entry and exit of element i's bounding volume."""
     a = wp.vec3(rows[i, 5], rows[i, 6], rows[i, 7])
-    if shape == _POINT:
+    if shape == _BALL:
         return pierce_sphere(o, d, a, reach)
-    if shape == _SEGMENT:
+    if shape == _CAPSULE:
         axis = wp.vec3(rows[i, 14], rows[i, 15], rows[i, 16])
         return _pierce_capsule(o, d, a, wp.vec3(rows[i, 8], rows[i, 9], rows[i, 10]), axis, rows[i, 2], reach)
     normal = wp.vec3(rows[i, 17], rows[i, 18], rows[i, 19])
-    if shape == _ARC:
+    if shape == _TUBE:
         return _pierce_arc(o, d, rows, i, normal, reach)
-    if shape == _TRIANGLE:
+    if shape == _PRISM:
         b = wp.vec3(rows[i, 8], rows[i, 9], rows[i, 10])
         c = wp.vec3(rows[i, 11], rows[i, 12], rows[i, 13])
         return _pierce_prism(o, d, a, b, c, normal, reach)

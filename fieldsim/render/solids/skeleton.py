@@ -9,9 +9,9 @@ import math
 
 import numpy as np
 
-from fieldsim.errors import InputError
 from fieldsim.potentials import registry
 from fieldsim.potentials.elements import concatenate
+from fieldsim.potentials.primitives.base import Volume
 from fieldsim.potentials.row import ANGLE, POSITIONS, SIZE
 from fieldsim.world import shapes
 from fieldsim.world.shapes import Solids
@@ -52,39 +52,27 @@ def _lines(surface, eye, pixel):
     """Elements as lines of one width in pixels (at their middles), at most as thick as the material's radius."""
     rows = surface.elements.rows
     corners = rows[:, POSITIONS].reshape(-1, 3, 3)
-    middle = 0.5 * (corners[:, 0] + np.where(_named(surface, "Segment")[:, None], corners[:, 1], corners[:, 0]))
+    middle = 0.5 * (corners[:, 0] + np.where(_filling(surface, Volume.CAPSULE)[:, None], corners[:, 1], corners[:, 0]))
     distance = np.linalg.norm(middle - eye, axis=1)
-    width = np.where(_named(surface, "Point"), DOT, LINE)
+    width = np.where(_filling(surface, Volume.BALL), DOT, LINE)
     return _solids(surface, np.minimum(width * pixel * distance, _radii(surface)), _edges)
 
 
-def _named(surface, name):
-    """Which elements' primitives are called so, or are a kind of it."""
-    kinds = [c.kind for c in registry.FORMULAS.values() if _shape_of(c.primitive) == name]
+def _filling(surface, volume):
+    """Which elements' primitives have the volume, (N,)."""
+    kinds = [c.kind for c in registry.FORMULAS.values() if c.primitive.volume is volume]
     return np.isin(surface.elements.kinds, kinds)
-
-
-def _shape_of(primitive):
-    """What a class of primitives is drawn as."""
-    names = [base.__name__ for base in primitive.__mro__]
-    alike = {"Circle": "Arc", "ProfiledArc": "Arc", "ProfiledSegment": "Segment", "Face": "Triangle"}
-    return next((alike.get(name, name) for name in names if alike.get(name, name) in _DRAWN), None)
 
 
 def _solids(surface, radius, draw_triangles):
     """Elements as hard shapes; draw_triangles(rows, radii) gives lists of what `_balls` and its like return."""
-    parts, owners, left = [], [], np.ones(len(radius), dtype=bool)
-    for name, draw in {**_DRAWN, "Triangle": draw_triangles}.items():
-        where = _named(surface, name)
-        left &= ~where
+    parts, owners = [], []
+    for volume, draw in {**_DRAWN, Volume.PRISM: draw_triangles}.items():
+        where = _filling(surface, volume)
         if where.any():
             for part in draw(surface.elements.rows[where], radius[where]):
                 parts.append(part)
                 owners.append(surface.owner[where])
-    if left.any():
-        kind = surface.elements.kinds[left][0]
-        name = next(c.primitive.__name__ for c in registry.FORMULAS.values() if c.kind == kind)
-        raise InputError(f"Renderer: {name} cannot be drawn hard; use mode='soft'")
     kinds, origins, axes, sizes = (np.concatenate(column) for column in zip(*parts, strict=True))
     count = len(kinds)
     owner = np.concatenate(owners).astype(np.int32)
@@ -145,4 +133,11 @@ def _slabs(rows, radius):
     return [_packed(shapes.SLAB, rows[:, 5:8], shapes.frame_along(rows[:, 17:20]), radius)]
 
 
-_DRAWN = {"Point": _balls, "Segment": _capsules, "Arc": _tubes, "Plane": _slabs, "Triangle": None}
+# In the order in which hard shapes are numbered. How prisms are drawn is the caller's.
+_DRAWN = {
+    Volume.BALL: _balls,
+    Volume.CAPSULE: _capsules,
+    Volume.TUBE: _tubes,
+    Volume.SLAB: _slabs,
+    Volume.PRISM: None,
+}

@@ -25,8 +25,8 @@ import functools
 import warp as wp
 
 from fieldsim.potentials import registry
-from fieldsim.potentials.bounds.distance import DISTANCES
 from fieldsim.potentials.kernels import Cauchy
+from fieldsim.potentials.primitives.base import Volume
 from fieldsim.render.scene import bounds
 from fieldsim.render.scene.tables import NO_HIT, Scene
 from fieldsim.render.solvers.cubics import cubic_root
@@ -43,7 +43,7 @@ GRAZING = wp.constant(1.0e-3)  # of g
 
 # Modes of an evaluation: the first one, the end of a leap, an iterate of the root.
 _LOOK, _LEAP, _LAND, _ROOT = (wp.constant(k) for k in range(4))
-_PLANE = wp.constant(bounds.PLANE)
+_SLAB = wp.constant(int(Volume.SLAB))
 TRIES = wp.constant(12)
 _ENDS = wp.constant(bounds.ENDS)
 _CAUCHY = wp.constant(bounds.ORDER[Cauchy])
@@ -73,7 +73,7 @@ def _summit(g0: float, g1: float, drop: float):
 @wp.func
 def _steepness(scene: Scene, i: int, d: wp.vec3):
     """An element's bend along a ray relative to its greatest: a plane's field changes along its normal only."""
-    if scene.shape[i] != _PLANE:
+    if scene.shape[i] != _SLAB:
         return 1.0
     across = d[0] * scene.rows[i, 17] + d[1] * scene.rows[i, 18] + d[2] * scene.rows[i, 19]
     return across * across
@@ -94,9 +94,7 @@ def _nearness(kinds_used):
 
         return nothing
     table = {
-        formula.kind: DISTANCES[formula.primitive]
-        for formula in registry.FORMULAS.values()
-        if formula.kind in kinds_used
+        formula.kind: formula.primitive.distance for formula in registry.FORMULAS.values() if formula.kind in kinds_used
     }
     distance = registry.by_kind(table).warp(wp.float32)
 

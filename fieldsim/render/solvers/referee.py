@@ -18,13 +18,7 @@ from fieldsim.errors import FieldsimWarning
 from fieldsim.launch import launch
 from fieldsim.potentials import registry
 from fieldsim.potentials.bounds import safe_step
-from fieldsim.potentials.bounds.distance import DISTANCES
 from fieldsim.potentials.elements import Elements
-from fieldsim.potentials.primitives.arc import Arc
-from fieldsim.potentials.primitives.circle import Circle
-from fieldsim.potentials.primitives.plane import Plane
-from fieldsim.potentials.primitives.segment import Segment
-from fieldsim.potentials.primitives.triangle import Triangle
 from fieldsim.potentials.row import POSITIONS, SIZE
 from fieldsim.render.materials.table import factors
 from fieldsim.render.materials.textures import color_at
@@ -48,7 +42,7 @@ def march_kernel(kinds_used):
     """The kernel that marches along rays by safe steps."""
     element = registry.element_field(kinds_used).warp(wp.float64)
     primitives = {formula.kind: formula.primitive for formula in registry.FORMULAS.values()}
-    distance = registry.by_kind({kind: DISTANCES[primitives[kind]] for kind in kinds_used}).warp(wp.float64)
+    distance = registry.by_kind({kind: primitives[kind].distance for kind in kinds_used}).warp(wp.float64)
     ceiling = safe_step.ceiling.warp(wp.float64)
     rise = safe_step.rise.warp(wp.float64)
     fall = safe_step.fall.warp(wp.float64)
@@ -280,18 +274,15 @@ def _ball(elements, rows):
         return None, 0.0
     primitives = {formula.kind: formula.primitive for formula in registry.FORMULAS.values()}
     corners = elements.rows[:, POSITIONS].reshape(-1, 3, 3)
-    used = np.array([_CORNERS.get(primitives[kind], 1) for kind in elements.kinds.tolist()])
+    used = np.array([primitives[kind].corners for kind in elements.kinds.tolist()])
     center = 0.5 * (corners[:, 0].min(axis=0) + corners[:, 0].max(axis=0))
     away = np.linalg.norm(corners - center, axis=2)
     away[np.arange(3) >= used[:, None]] = 0.0
-    round_ones = np.array([primitives[kind] in (Arc, Circle) for kind in elements.kinds.tolist()])
+    round_ones = np.array([primitives[kind].round for kind in elements.kinds.tolist()])
     size = (away.max(axis=1) + np.where(round_ones, elements.rows[:, SIZE], 0.0)).max()
-    if any(primitives[kind] is Plane for kind in elements.kinds_used):
+    if any(primitives[kind].endless for kind in elements.kinds_used):
         return None, size
     return center, size + safe_step.reach(rows)
-
-
-_CORNERS = {Segment: 2, Triangle: 3}
 
 
 def _checked_depths(depths):

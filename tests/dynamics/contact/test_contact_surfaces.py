@@ -5,7 +5,6 @@ import pytest
 
 import fieldsim as fs
 from fieldsim.dynamics.contact.surfaces import REACH, with_reach
-from fieldsim.potentials.bounds.distance import DISTANCES
 
 BALL = 0.02
 WALL = 0.02
@@ -128,7 +127,7 @@ def test_beyond_their_reach_elements_are_less_than_one(kernel):
         material = fs.Material(radius=0.2, kernel=kernel)
         elements = fs.Body(primitive, surface=material).surface_elements(0.0)
         rows = with_reach(elements.rows, elements.kinds, 1)
-        far = np.array([DISTANCES[type(primitive)](*p, rows, 0) for p in points_here]) > rows[0, REACH]
+        far = np.array([primitive.distance(*p, rows, 0) for p in points_here]) > rows[0, REACH]
         strength, fold = material.surface_strength(primitive.dimension)
         field = fs.Field(primitive, material.surface_kernel, strength * np.exp(fold))
         assert 100 < far.sum() < 1500
@@ -146,7 +145,7 @@ def test_distances_to_triangles_are_those_to_their_nearest_point():
         row = fs.Field(triangle, fs.Gaussian()).at(0.0).elements.rows
         nearest = np.linalg.norm(samples(triangle, u, v) - x, axis=1).min()
         # The grid's points are a hundredth apart, and so miss the nearest by 1e-4 or so.
-        assert nearest - 1e-3 < DISTANCES[fs.Triangle](*x, row, 0) <= nearest + 1e-12
+        assert nearest - 1e-3 < fs.Triangle.distance(*x, row, 0) <= nearest + 1e-12
 
 
 def test_a_moving_triangle_carries_and_a_turning_plane_is_refused():

@@ -15,9 +15,7 @@ import warp as wp
 from fieldsim.potentials import registry
 from fieldsim.potentials.bounds.reach import reach
 from fieldsim.potentials.kernels import Gaussian
-from fieldsim.potentials.primitives.circle import Circle
-from fieldsim.potentials.primitives.point import Point
-from fieldsim.potentials.primitives.segment import Segment
+from fieldsim.potentials.primitives.base import Volume
 from fieldsim.potentials.row import FOLD, KERNEL_WIDTH, SIZE, STRENGTH
 from fieldsim.render.scene import bounds
 
@@ -80,19 +78,18 @@ class GaussianElements:
     height: wp.array(dtype=wp.vec4)
 
 
-_SHAPES = {Point: "points", Segment: "segments", Circle: "rings"}
-KINDS = tuple(_SHAPES.values())  # each kind includes those before it
+KINDS = "points", "segments", "rings"  # each kind includes those before it; see `Primitive.along_rays`
 
 
 def kind_of(bounded: bounds.Bounded) -> str:
     """The kind of a scene of Gaussian elements, one of KINDS; "" if the packet tracer cannot take some element."""
     rows, used = bounded.rows, set(np.unique(bounded.kinds).tolist())
-    kinds = {registry.FORMULAS[Gaussian, primitive].kind: name for primitive, name in _SHAPES.items()}
-    if not len(rows) or not used <= set(kinds):
+    kinds = {c.kind: c.primitive.along_rays for c in registry.FORMULAS.values() if c.kernel is Gaussian}
+    if not len(rows) or not all(kinds.get(kind) for kind in used):
         return ""
     if rows[:, STRENGTH].min() <= 0.0:
         return ""
-    lines = bounded.shape == bounds.SEGMENT
+    lines = bounded.shape == Volume.CAPSULE
     if lines.any() and (rows[lines, SIZE] * rows[lines, KERNEL_WIDTH]).min() < SHORTEST:
         return ""
     if _heights(bounded)[:, 0].max() > HIGHEST:
@@ -106,14 +103,14 @@ def _heights(bounded):
     height = np.zeros((len(rows), 4))
     height[:, 0] = rows[:, FOLD] + np.log(rows[:, STRENGTH])
     height[:, 2] = 1.0
-    lines = bounded.shape == bounds.SEGMENT
+    lines = bounded.shape == Volume.CAPSULE
     width = (a * rows[:, SIZE])[lines]
     # The share is greatest in the middle, and half of erf(width) at an end.
     middle, end = (np.array([math.erf(x) for x in part]) for part in (0.5 * width, width))
     height[lines, 0] += np.log(math.sqrt(math.pi) / a[lines] * middle)
     height[lines, 1] = np.log(0.5 * end / middle)
     height[lines, 2] = 1.0 / middle
-    rings = bounded.shape == bounds.ARC
+    rings = bounded.shape == Volume.TUBE
     if rings.any():
         height[rings, 2] = height[rings, 0] + np.log(math.tau * rows[rings, SIZE])
         # I0 falls as its argument grows: less than at the circle's inner edge, or than by itself in the middle.
@@ -130,7 +127,7 @@ def elements_of(bounded: bounds.Bounded, device) -> GaussianElements:
     elements = GaussianElements()
     center = np.concatenate([rows[:, 5:8], rows[:, [KERNEL_WIDTH]] ** 2], axis=1)
     axis = np.zeros((len(rows), 4))
-    for shape, columns, sign in ((bounds.SEGMENT, slice(14, 17), 1.0), (bounds.ARC, slice(17, 20), -1.0)):
+    for shape, columns, sign in ((Volume.CAPSULE, slice(14, 17), 1.0), (Volume.TUBE, slice(17, 20), -1.0)):
         where = bounded.shape == shape
         axis[where, :3], axis[where, 3] = rows[where, columns], sign * rows[where, SIZE]
     for name, values in (("center", center), ("axis", axis), ("height", _heights(bounded))):

@@ -9,7 +9,9 @@ class FieldsimError(Exception):
 
 
 class InputError(FieldsimError, ValueError):
-    """A value that a user gave cannot be used."""
+    """A value that a user gave cannot be used. located: whether the message names the user's line."""
+
+    located = False
 
 
 class OperandError(InputError, TypeError):

@@ -118,7 +118,9 @@ def names(target: pathlib.Path):
 
 def new_folder(target: pathlib.Path) -> pathlib.Path:
     """A new folder NAME.partial."""
-    for name in itertools.islice(names(target), 1, None):
+    candidates = itertools.islice(names(target), 1, None)
+    while True:
+        name = next(candidates)
         with contextlib.suppress(FileExistsError):
             name.mkdir()
             return name
@@ -202,6 +204,8 @@ def _made(target, folder):
 
 def _lock_of_nobody(path):
     """A descriptor with the lock of a part that nobody holds; None for one that is held, or cannot be."""
+    if fcntl is None:
+        return None
     lock = None
     try:
         lock = os.open(path, os.O_RDONLY | os.O_NOFOLLOW)

@@ -25,9 +25,10 @@ class _Hearing:
     def __init__(self, names):
         self.come: int | None = None
         self.before = {}
-        self.timer = None
+        self.timer: threading.Timer | None = None
         # When a signal was raised last; since when one waits, while something is being kept.
-        self.raised, self.waiting, self.keeping = -_CLOSELY, None, False
+        self.raised, self.keeping = -_CLOSELY, False
+        self.waiting: float | None = None
         # Handlers of others, and that signals are ignored (as `nohup` asks for), stay as they are.
         usual = (signal.SIG_DFL, signal.default_int_handler)
         for name in names:
@@ -48,9 +49,11 @@ class _Hearing:
 
     def _waits(self, now):
         """Whether a signal is not to be raised now: it was just raised, or something is being kept."""
-        if self.keeping and self.waiting is None:
+        if not self.keeping:
+            return now < self.raised + _CLOSELY
+        if self.waiting is None:
             self.waiting = now
-        return now < (self.waiting + _PATIENCE if self.keeping else self.raised + _CLOSELY)
+        return now < self.waiting + _PATIENCE
 
     def obey(self):
         """Raise it."""
@@ -91,7 +94,7 @@ def come() -> int | None:
 
 def check() -> None:
     """Raise KeyboardInterrupt if a signal has come, in the main thread."""
-    if come() is not None and threading.current_thread() is threading.main_thread():
+    if _hearing and _hearing.come is not None and threading.current_thread() is threading.main_thread():
         _hearing.obey()
 
 
@@ -102,11 +105,11 @@ def heard(*names):
     if _hearing or threading.current_thread() is not threading.main_thread():
         yield
         return
-    _hearing = _Hearing(names)
+    hearing = _hearing = _Hearing(names)
     try:
         yield
     finally:
-        _hearing.end()
+        hearing.end()
         _hearing = None
 
 
@@ -126,14 +129,14 @@ def obeyed():
 def held():
     """Within the block signals wait, for what is being finished or kept; at its end one that has come is raised."""
     with heard("SIGINT"):
-        mine = _hearing and not _hearing.keeping and threading.current_thread() is threading.main_thread()
-        if not mine:
+        hearing = _hearing
+        if hearing is None or hearing.keeping or threading.current_thread() is not threading.main_thread():
             yield
             return
-        _hearing.keeping = True
+        hearing.keeping = True
         try:
             yield
         finally:
-            _hearing.keeping = False
-            if _hearing.waiting is not None:
-                _hearing.obey()
+            hearing.keeping = False
+            if hearing.waiting is not None:
+                hearing.obey()

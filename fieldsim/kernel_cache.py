@@ -135,7 +135,7 @@ def _held(folder):
     """Hold the folder's lock against other processes: one byte, by its name, of one file that all lock in."""
     place = int.from_bytes(hashlib.sha256(folder.name.encode()).digest()[:4], "big")
     file = _lock_file(folder.parent)
-    if file is None:
+    if file is None or fcntl is None:
         yield
         return
     try:
@@ -145,7 +145,7 @@ def _held(folder):
         fcntl.lockf(file, fcntl.LOCK_UN, 1, place)
 
 
-_lock_files = {}
+_lock_files: dict[tuple[int, pathlib.Path], int | None] = {}
 # No link that somebody planted there is followed.
 _LOCK_FLAGS = os.O_RDWR | os.O_CREAT | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_NOFOLLOW", 0)
 
@@ -154,12 +154,14 @@ def _lock_file(root):
     """The descriptor of the lock file in `root`, never closed: closing one would free all locks; None without locks."""
     key = os.getpid(), root
     if key not in _lock_files:
-        try:
-            _lock_files[key] = os.open(root / "fieldsim.lock", _LOCK_FLAGS, 0o600)
-            fcntl.lockf(_lock_files[key], fcntl.LOCK_SH, 1, 0)
-            fcntl.lockf(_lock_files[key], fcntl.LOCK_UN, 1, 0)
-        except (OSError, AttributeError):
-            _lock_files[key] = None
+        _lock_files[key] = None
+        # A disk without locks, or a system.
+        with contextlib.suppress(OSError):
+            if fcntl is not None:
+                file = os.open(root / "fieldsim.lock", _LOCK_FLAGS, 0o600)
+                fcntl.lockf(file, fcntl.LOCK_SH, 1, 0)
+                fcntl.lockf(file, fcntl.LOCK_UN, 1, 0)
+                _lock_files[key] = file
     return _lock_files[key]
 
 

@@ -5,11 +5,13 @@ import functools
 import io
 import pathlib
 import typing
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from fieldsim import files, validate
 from fieldsim.errors import InputError
+from fieldsim.types import ArrayLike, PathLike, SizeLike
 
 if typing.TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -20,7 +22,68 @@ COLORS = "turbo"
 KINDS = (".png", ".svg", ".pdf")
 
 
-def figure(size=SIZE) -> "Figure":
+class DriftOf(typing.Protocol):
+    """What is drawn of one total: whose it is, and which quantity."""
+
+    whose: str
+    quantity: str
+
+    @property
+    def drifts(self) -> Sequence[float]:
+        """Relative drift at each moment."""
+        ...
+
+
+class DriftHistory(typing.Protocol):
+    """Moments, and the largest and rms relative drift over the particles at each, empty where none is judged."""
+
+    @property
+    def times(self) -> Sequence[float]:
+        """The moments."""
+        ...
+
+    @property
+    def largest(self) -> Sequence[float]:
+        """Largest over the particles."""
+        ...
+
+    @property
+    def rms(self) -> Sequence[float]:
+        """Root of the mean square."""
+        ...
+
+
+class DriftLog(typing.Protocol):
+    """How well a run kept its invariants, such as a `fs.EnergyLog`, for `energy`."""
+
+    invariant: str
+
+    @property
+    def history(self) -> DriftHistory:
+        """What the particles drifted by."""
+        ...
+
+    @property
+    def totals(self) -> Sequence[DriftOf]:
+        """What totals drifted by."""
+        ...
+
+
+class Exponents(typing.Protocol):
+    """Times (T,) and exponents (T, N, ...) of a `fs.Lyapunov`, for `lyapunov`."""
+
+    @property
+    def times(self) -> np.ndarray:
+        """Times, (T,)."""
+        ...
+
+    @property
+    def exponents(self) -> np.ndarray:
+        """Exponents, (T, N, K)."""
+        ...
+
+
+def figure(size: SizeLike = SIZE) -> "Figure":
     """A matplotlib Figure of size (width, height) pixels, for files only: no window, no global state."""
     try:
         from matplotlib.figure import Figure
@@ -30,7 +93,7 @@ def figure(size=SIZE) -> "Figure":
     return Figure(figsize=(width / DPI, height / DPI), dpi=DPI, layout="constrained")
 
 
-def energy(log, size=SIZE) -> "Figure":
+def energy(log: DriftLog, size: SizeLike = SIZE) -> "Figure":
     """How what an `EnergyLog` follows drifted: largest and rms over the particles, and all totals, against time."""
     validate.having("plots.energy", "log", log, ("history", "totals", "invariant"), "give a fs.EnergyLog")
     history = log.history
@@ -49,7 +112,7 @@ def energy(log, size=SIZE) -> "Figure":
     return drawing
 
 
-def orbits(positions, plane: str = "xy", size=SIZE) -> "Figure":
+def orbits(positions: ArrayLike, plane: str = "xy", size: SizeLike = SIZE) -> "Figure":
     """Paths of particles, positions (T, N, 3), projected on the plane "xy", "xz" or "yz"."""
     validate.choice("plots.orbits", "plane", plane, ("xy", "xz", "yz"))
     positions = validate.numbers("plots.orbits", "positions", positions, shape=(None, None, 3))
@@ -60,7 +123,16 @@ def orbits(positions, plane: str = "xy", size=SIZE) -> "Figure":
     return drawing
 
 
-def section(x, y, colors=None, *, labels=("", ""), title="", color_label="", size=SIZE) -> "Figure":
+def section(
+    x: ArrayLike,
+    y: ArrayLike,
+    colors: ArrayLike | None = None,
+    *,
+    labels: Sequence[str] = ("", ""),
+    title: str = "",
+    color_label: str = "",
+    size: SizeLike = SIZE,
+) -> "Figure":
     """Points of a Poincare section at (x, y), each (M,), coloured by `colors` (M,)."""
     owner = "plots.section"
     x = validate.numbers(owner, "x", x, shape=(None,))
@@ -73,7 +145,7 @@ def section(x, y, colors=None, *, labels=("", ""), title="", color_label="", siz
     validate.text(owner, "title", title)
     validate.text(owner, "color_label", color_label)
     drawing, axes = _axes(size, *labels)
-    tones = {} if colors is None else {"c": colors, "cmap": COLORS}
+    tones: dict[str, typing.Any] = {} if colors is None else {"c": colors, "cmap": COLORS}
     points = axes.scatter(x, y, **tones, s=1.2, lw=0, rasterized=True)
     axes.set_title(title)
     if color_label and tones:
@@ -81,7 +153,7 @@ def section(x, y, colors=None, *, labels=("", ""), title="", color_label="", siz
     return drawing
 
 
-def lyapunov(result, size=SIZE) -> "Figure":
+def lyapunov(result: Exponents, size: SizeLike = SIZE) -> "Figure":
     """How the largest exponents of a `Lyapunov` converge, one line per particle."""
     validate.having("plots.lyapunov", "result", result, ("times", "exponents"), "give what fs.lyapunov returned")
     drawing, axes = _axes(size, "time", "largest Lyapunov exponent so far")
@@ -105,7 +177,7 @@ class Picture:
     draw: a function of `size` (width, height in pixels) that returns a matplotlib Figure; title: for the progress.
     """
 
-    draw: object
+    draw: Callable[[tuple[int, int]], "Figure"]
     title: str = ""
 
     def __post_init__(self):
@@ -113,7 +185,7 @@ class Picture:
         validate.fields(self, validate.function, "draw", remedy=remedy)
         validate.fields(self, validate.text, "title")
 
-    def save(self, path, size=None) -> None:
+    def save(self, path: PathLike, size: SizeLike | None = None) -> None:
         """Draw at `size` (default 960x720) and write to `path`, which ends in .png, .svg or .pdf.
 
         The file appears when it is complete. Raises InputError for a path that cannot be, before anything is drawn.
@@ -134,7 +206,7 @@ class Picture:
         files.write("Picture", path, data.getvalue())
 
 
-def checked_path(path) -> pathlib.Path:
+def checked_path(path: PathLike) -> pathlib.Path:
     """The path of a picture; raises InputError for one that cannot be."""
     path = validate.path("Picture", "path", path)
     if path.suffix.lower() not in KINDS:

@@ -8,18 +8,42 @@ particles. Common options:
 - velocity: (x, y, z), added to every particle.
 """
 
+from collections.abc import Callable, Sequence
+from typing import TypeAlias, TypedDict
+
 import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import InputError
+from fieldsim.types import ArrayLike, RealLike, VectorLike, WholeLike
 
 # Lengths whose cubes are finite.
 FARTHEST = 1e100
 # Particles at most: two gigabytes.
 MOST = 20_000_000
 
+# A radius, or (inner, outer).
+RangeLike: TypeAlias = ArrayLike
+# A speed, one per particle, or a function of the (N,) distances.
+Speed: TypeAlias = RealLike | np.ndarray | Callable[[np.ndarray], float | np.ndarray]
 
-def shell(count: int, *, radius, speed=0.0, velocity=(0, 0, 0), center=(0, 0, 0), seed: int) -> dict:
+
+class Start(TypedDict):
+    """Where particles start: positions and velocities, (N, 3) each, the keywords of `World.add_particles`."""
+
+    positions: np.ndarray
+    velocities: np.ndarray
+
+
+def shell(
+    count: WholeLike,
+    *,
+    radius: RangeLike,
+    speed: Speed = 0.0,
+    velocity: VectorLike = (0, 0, 0),
+    center: VectorLike = (0, 0, 0),
+    seed: WholeLike,
+) -> Start:
     """`count` points spread evenly over the volume between two spheres, radius = (inner, outer), or on one, radius = r.
 
     `speed` goes in a random direction across the line to the centre.
@@ -37,23 +61,31 @@ def _shell(owner, count, radii, speed, velocity, center, seed):
     return _start(owner, distance[:, None] * outward, distance, across, speed, velocity, center)
 
 
-def ball(count: int, *, radius: float, speed=0.0, velocity=(0, 0, 0), center=(0, 0, 0), seed: int) -> dict:
+def ball(
+    count: WholeLike,
+    *,
+    radius: RealLike,
+    speed: Speed = 0.0,
+    velocity: VectorLike = (0, 0, 0),
+    center: VectorLike = (0, 0, 0),
+    seed: WholeLike,
+) -> Start:
     """`count` points spread evenly over the inside of a sphere; otherwise as `shell`."""
     outer = validate.number("ball", "radius", radius, above=0.0, at_most=FARTHEST)
     return _shell("ball", count, (0.0, outer), speed, velocity, center, seed)
 
 
 def disk(
-    count: int,
+    count: WholeLike,
     *,
-    radius,
-    thickness: float = 0.0,
-    normal=(0, 0, 1),
-    speed=0.0,
-    velocity=(0, 0, 0),
-    center=(0, 0, 0),
-    seed: int,
-) -> dict:
+    radius: RangeLike,
+    thickness: RealLike = 0.0,
+    normal: VectorLike = (0, 0, 1),
+    speed: Speed = 0.0,
+    velocity: VectorLike = (0, 0, 0),
+    center: VectorLike = (0, 0, 0),
+    seed: WholeLike,
+) -> Start:
     """`count` points spread evenly over a disk with a hole, radius = (inner, outer), or on a ring, radius = r.
 
     thickness: of the disk along `normal`. `speed` goes right-handed about `normal`, as in an orbit; its distances are
@@ -79,7 +111,15 @@ def _disk(owner, count, radii, thickness, normal, speed, velocity, center, seed)
     return _start(owner, places, distance, np.cross(axis, outward), speed, velocity, center)
 
 
-def cylinder(count: int, *, radius, height, velocity=(0, 0, 0), center=(0, 0, 0), seed: int) -> dict:
+def cylinder(
+    count: WholeLike,
+    *,
+    radius: RangeLike,
+    height: Sequence[RealLike] | np.ndarray,
+    velocity: VectorLike = (0, 0, 0),
+    center: VectorLike = (0, 0, 0),
+    seed: WholeLike,
+) -> Start:
     """`count` points spread evenly over an upright cylinder, height = (low, high), all with `velocity`.
 
     radius: of the cylinder, or (inner, outer) of a pipe.
@@ -93,16 +133,16 @@ def cylinder(count: int, *, radius, height, velocity=(0, 0, 0), center=(0, 0, 0)
 
 
 def orbits(
-    count: int,
+    count: WholeLike,
     *,
-    radius,
-    mass: float,
-    G: float = 1.0,
-    tilt: float = 0.0,
-    normal=(0, 0, 1),
-    center=(0, 0, 0),
-    seed: int,
-) -> dict:
+    radius: RangeLike,
+    mass: RealLike,
+    G: RealLike = 1.0,
+    tilt: RealLike = 0.0,
+    normal: VectorLike = (0, 0, 1),
+    center: VectorLike = (0, 0, 0),
+    seed: WholeLike,
+) -> Start:
     """`count` points on circular orbits about a point mass, right-handed about `normal`, radius = (inner, outer).
 
     tilt: largest angle (radians) between `normal` and an orbit's own axis. About a body that is no point the orbits are
@@ -134,7 +174,9 @@ def _turned(vectors, axes, angles):
     return cos * vectors + sin * np.cross(axes, vectors) + (1.0 - cos) * along
 
 
-def box(count: int, *, low, high, velocity=(0, 0, 0), seed: int) -> dict:
+def box(
+    count: WholeLike, *, low: VectorLike, high: VectorLike, velocity: VectorLike = (0, 0, 0), seed: WholeLike
+) -> Start:
     """`count` points spread evenly over the box between the corners `low` and `high`, all with `velocity`."""
     # A zero without its sign: NumPy takes -0 for less than 0.
     low, high = (

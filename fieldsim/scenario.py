@@ -25,6 +25,7 @@ from fieldsim.dynamics.simulation import Simulation
 from fieldsim.errors import FieldsimError, ScenarioError
 from fieldsim.plots import Picture
 from fieldsim.render.camera import Camera
+from fieldsim.types import PathLike
 from fieldsim.world.world import World
 
 FOLDER = pathlib.Path("scenarios")
@@ -74,6 +75,10 @@ class Scenario:
         return simulation, EnergyLog(simulation)
 
 
+# A script's function `build`, of its own parameters.
+Build: typing.TypeAlias = Callable[..., Scenario | Picture]
+
+
 @dataclasses.dataclass(frozen=True)
 class Parameter:
     """One parameter of a scenario's `build`. kind: int, float, str, bool, or a tuple of the strings to choose from."""
@@ -112,7 +117,7 @@ def available() -> list[pathlib.Path]:
     return sorted(FOLDER.glob("[!_]*.py"))
 
 
-def summary(path) -> str:
+def summary(path: PathLike) -> str:
     """First line of a script's docstring, without running it."""
     try:
         text = ast.get_docstring(ast.parse(pathlib.Path(path).read_text(encoding="utf-8")))
@@ -121,7 +126,7 @@ def summary(path) -> str:
     return (text or "").partition("\n")[0]
 
 
-def load(name: str) -> Callable:
+def load(name: PathLike) -> Build:
     """The function `build` of the scenario script with this path or bare name.
 
     Raises ScenarioError when there is none, or the script fails.
@@ -165,7 +170,7 @@ def being_loaded() -> bool:
     return _under_load.get()
 
 
-def call(build, values: dict) -> Scenario | Picture:
+def call(build: Build, values: dict) -> Scenario | Picture:
     """`build(**values)`; raises ScenarioError, naming the line of the script, when it fails or gives something else."""
     path = source_of(build)
     with _told(path):
@@ -186,12 +191,13 @@ def _defaults(build):
     return {p.name: p.default for p in parameters(build) if not p.required}
 
 
-def source_of(build) -> pathlib.Path:
+def source_of(build: Build) -> pathlib.Path:
     """The script that defines `build`."""
     try:
-        return pathlib.Path(inspect.getsourcefile(_function_of(build)))
+        file = inspect.getsourcefile(_function_of(build))
     except TypeError:  # made in no file
-        return pathlib.Path("scenario.py")
+        file = None
+    return pathlib.Path(file or "scenario.py")
 
 
 def _function_of(build):
@@ -214,7 +220,7 @@ def _told(path):
     except BaseException as error:
         frames = [f for f in traceback.extract_tb(error.__traceback__) if _same(f.filename, path)]
         where = f"{_short(path)}:{frames[-1].lineno} in {frames[-1].name}" if frames else _short(path)
-        line = f"\n    {linecache.getline(frames[-1].filename, frames[-1].lineno).strip()}" if frames else ""
+        line = f"\n    {linecache.getline(frames[-1].filename, frames[-1].lineno or 0).strip()}" if frames else ""
         raise ScenarioError(f"{where.removesuffix(' in <module>')}: {_words(error)}{line}") from error
 
 
@@ -256,7 +262,7 @@ def _short(path):
     return str(path)
 
 
-def parameters(build) -> list[Parameter]:
+def parameters(build: Build) -> list[Parameter]:
     """What `build` takes: its signature, with help from lines `name: text` in its docstring or its script's.
 
     Raises ScenarioError for a parameter whose type is none of int, float, str, bool or a Literal of strings.
@@ -273,7 +279,7 @@ def parameters(build) -> list[Parameter]:
     ]
 
 
-def description(build) -> str:
+def description(build: Build) -> str:
     """The text of a scenario without its lines on parameters."""
     text = next(iter(_docstrings(build)), "")
     for parameter in parameters(build):

@@ -19,6 +19,9 @@ Timed: TypeAlias = T | Callable[[float], T]
 # One real number: Python's or NumPy's. An int is a float to type checkers.
 RealLike: TypeAlias = float | np.floating | np.integer
 
+# One whole number.
+WholeLike: TypeAlias = int | np.integer
+
 # Three numbers (x, y, z), kept as a tuple of floats, and four, a quaternion (w, x, y, z).
 Vector: TypeAlias = tuple[float, float, float]
 VectorLike: TypeAlias = Sequence[RealLike] | np.ndarray
@@ -29,6 +32,9 @@ ArrayLike: TypeAlias = npt.ArrayLike
 
 # A colour: a name, "#rrggbb", or linear (r, g, b).
 ColorLike: TypeAlias = str | VectorLike
+
+# (width, height) in pixels.
+SizeLike: TypeAlias = Sequence[WholeLike] | np.ndarray
 
 # A file's or folder's path.
 PathLike: TypeAlias = str | os.PathLike[str]

@@ -366,7 +366,7 @@ def _refuse_meaning(owner, name, value, remedy, depth=0):
         raise InputError(f"{owner}: {name} is lists within lists, more than {_DEEPEST} deep; {remedy}")
     if isinstance(value, list | tuple):
         # By its own items, whatever a subclass makes of them.
-        for item in (list if isinstance(value, list) else tuple).__iter__(value):
+        for item in list.__iter__(value) if isinstance(value, list) else tuple.__iter__(value):
             if isinstance(item, bool) or not isinstance(item, float | int):
                 _refuse_meaning(owner, name, item, remedy, depth + 1)
 
@@ -404,7 +404,7 @@ def at_time(owner: str, make, values: dict, time: float):
                 raise InputError(f"{owner}: {name} is {shown(value)}; give a value, no function in its turn")
         return make(**(values | given))
     except InputError as reason:
-        if getattr(reason, "located", False):
+        if reason.located:
             raise
         blamed = [name for name in functions if f" {name}" in str(reason)] or list(functions)
         if not blamed:

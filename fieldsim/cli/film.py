@@ -4,6 +4,7 @@ import contextlib
 import os
 import pathlib
 import warnings
+from typing import Any
 
 import click
 
@@ -85,7 +86,7 @@ def scenario_option(parameter):
     """The option of one of `build`'s own parameters."""
     name = parameter.name.replace("_", "-")
     required = parameter.required
-    shared = {"required": required, "help": parameter.help or None}
+    shared: dict[str, Any] = {"required": required, "help": parameter.help or None}
     if not required and parameter.default is not None:
         shared |= {"default": parameter.default, "show_default": True}
     if parameter.kind is bool:

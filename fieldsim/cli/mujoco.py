@@ -49,7 +49,9 @@ def _prepared(name, options):
     """Load the model; the film's name, and how to make an experiment of a scenario."""
     from fieldsim.mujoco.models import model_of
 
-    path = click.get_current_context().parent.params["model"]
+    group = click.get_current_context().parent
+    assert group is not None  # the command `mujoco`, which takes the model
+    path = group.params["model"]
     own = {option.name: options.pop(option.name) for option in _own_options()}
     own["model"] = pathlib.Path(path).name
     with usage():

@@ -5,6 +5,7 @@ import os
 import signal
 import sys
 import warnings
+from collections.abc import Callable, Sequence
 
 import click
 
@@ -37,7 +38,7 @@ Examples:
 """
 
 
-def main(build=None, argv=None) -> None:
+def main(build: scenarios.Build | None = None, argv: Sequence[str] | None = None) -> None:
     """Run the command `fieldsim`, or, with `build`, the command of the script that calls this.
 
     A scenario ends with `if __name__ == "__main__": fs.main(build)`, and `python scenario.py --out film.mp4` works.
@@ -123,11 +124,11 @@ def _plain_warnings():
     with warnings.catch_warnings():
         show = warnings.showwarning
 
-        def plain(message, category, *where):
+        def plain(message, category, filename, lineno, file=None, line=None):
             if issubclass(category, FieldsimWarning):
                 _say(f"warning: {message}")
             else:
-                show(message, category, *where)
+                show(message, category, filename, lineno, file, line)
 
         warnings.showwarning = plain
         warnings.simplefilter("always", FieldsimWarning)
@@ -139,17 +140,17 @@ class _Run(click.Group):
 
     # How many names stand before the options: of the scenario, and of what the group itself takes before it.
     names = 1
-    options = staticmethod(film_options)
-    command_of = staticmethod(film_command)
+    options: Callable[[], list[click.Option]] = staticmethod(film_options)
+    command_of: Callable[..., click.Command] = staticmethod(film_command)
 
     def list_commands(self, ctx):
         return [path.stem for path in scenarios.available()]
 
-    def get_command(self, ctx, name):
+    def get_command(self, ctx, cmd_name):
         if ctx.resilient_parsing:
             return None
         try:
-            path = scenarios.find(name)
+            path = scenarios.find(cmd_name)
         except FieldsimError as error:
             raise click.UsageError(str(error), ctx) from None
         return self.command_of(scenarios.load(path), path.stem)

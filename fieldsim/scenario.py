@@ -16,19 +16,67 @@ import traceback
 import types
 import typing
 from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, runtime_checkable
 
 from fieldsim import validate
-from fieldsim.dynamics.auto import integrator_of
-from fieldsim.dynamics.diagnostics.energy_log import EnergyLog
-from fieldsim.dynamics.integrators.splittings import Integrator
+from fieldsim.dynamics.auto import Choice, IntegratorLike, integrator_of
+from fieldsim.dynamics.diagnostics.energy_log import EnergyLog, EnergyReport, History
+from fieldsim.dynamics.integrators.splittings import Integrator, Leapfrog
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.errors import FieldsimError, ScenarioError
-from fieldsim.plots import Picture
+from fieldsim.plots import DriftLog, Picture
 from fieldsim.render.camera import Camera
-from fieldsim.types import PathLike
+from fieldsim.types import PathLike, RealLike
+from fieldsim.world.run import Run
 from fieldsim.world.world import World
 
 FOLDER = pathlib.Path("scenarios")
+DEFAULT_INTEGRATOR = Leapfrog()
+
+
+class RunLog(DriftLog, Protocol):
+    """Follows how well a run keeps its energy and other invariants: an `EnergyLog`, or a MuJoCo experiment's."""
+
+    @property
+    def history(self) -> History:
+        """Drifts of the particles at the moments recorded so far."""
+        ...
+
+    def record(self) -> None:
+        """Take the present moment into account."""
+        ...
+
+    def report(self) -> EnergyReport:
+        """The drift over all moments recorded so far."""
+        ...
+
+
+@runtime_checkable
+class ScenarioRun(Run, Protocol):
+    """A run that a scenario begins: it computes, and can tell what it took, for the report on a film.
+
+    integrator: what moves things, by its text; choice: what `Auto` chose, or None.
+    """
+
+    @property
+    def integrator(self) -> object:
+        """What moves things, by its text."""
+        ...
+
+    @property
+    def choice(self) -> Choice | None:
+        """What `Auto` has chosen."""
+        ...
+
+    @property
+    def steps_done(self) -> int:
+        """Steps of all particles, or of the model, so far."""
+        ...
+
+    @property
+    def bounces(self) -> int:
+        """Contacts of particles so far."""
+        ...
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -46,10 +94,25 @@ class Scenario:
     camera: Camera = dataclasses.field(kw_only=False)
     duration: float
     fps: float = 30.0
-    integrator: Integrator | str | None = None
+    integrator: Integrator = DEFAULT_INTEGRATOR
     title: str = ""
     name: str = ""
-    parameters: dict = dataclasses.field(default_factory=dict)
+    parameters: dict[str, Any] = dataclasses.field(default_factory=dict)
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            world: World,
+            camera: Camera,
+            *,
+            duration: RealLike,
+            fps: RealLike = ...,
+            integrator: IntegratorLike | None = ...,
+            title: str = ...,
+            name: str = ...,
+            parameters: dict[str, Any] = ...,
+        ) -> None: ...
 
     def __post_init__(self):
         validate.fields(self, validate.instance, "world", kinds=World, remedy="give a fs.World")
@@ -64,7 +127,7 @@ class Scenario:
         """The world that its snapshots are of."""
         return self.world
 
-    def begin(self, device: str | None = None) -> tuple[Simulation, EnergyLog] | tuple[None, None]:
+    def begin(self, device: str | None = None) -> tuple[ScenarioRun, RunLog] | tuple[None, None]:
         """A run from the start, with `advance(time)` and `snapshot()`, and the log of its energy.
 
         None and None where nothing is moved by forces: `shown.at(time)` then knows every moment.
@@ -76,7 +139,7 @@ class Scenario:
 
 
 # A script's function `build`, of its own parameters.
-Build: typing.TypeAlias = Callable[..., Scenario | Picture]
+Build: TypeAlias = Callable[..., Scenario | Picture]
 
 
 @dataclasses.dataclass(frozen=True)

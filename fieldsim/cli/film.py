@@ -172,7 +172,8 @@ def film_command(build, name: str, extra=(), prepare=None) -> click.Command:
 
     def callback(given, options):
         del options["debug"]
-        _film(build, *(prepare(name, options) if prepare else (name, None)), given, options)
+        title, adapt = prepare(name, options) if prepare else (name, None)
+        _film(build, title, adapt, given, options)
 
     return command_of(build, name, [*extra, *film_options()], callback, context_settings={"max_content_width": 120})
 

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from typing import TypeAlias
 
 from fieldsim import validate
 from fieldsim.dynamics.diagnostics.invariants import repels
@@ -114,7 +115,11 @@ class Choice:
         return f"{words}; {self.caveat}" if self.caveat else words
 
 
-def integrator_of(owner: str, value) -> Integrator:
+# What stands for an integrator: "auto" for `Auto()`.
+IntegratorLike: TypeAlias = Integrator | str
+
+
+def integrator_of(owner: str, value: IntegratorLike | None) -> Integrator:
     """`value` as an integrator: None is `Leapfrog()`, "auto" is `Auto()`."""
     if value is None:
         return Leapfrog()

@@ -20,6 +20,7 @@ from fieldsim.scenario import Scenario
 from fieldsim.world.motion import timeline
 
 SIZE = (640, 360)
+HALF_SIZE = (320, 180)
 PREVIEW_FPS = 10.0
 
 # How each option is checked where it is given.
@@ -58,7 +59,7 @@ class FilmOptions:
     watch: Callable[[int, int], object] | None = None
 
     def __post_init__(self):
-        checked = {"preview": validate.flag("film", "preview", self.preview)}
+        checked: dict[str, object] = {"preview": validate.flag("film", "preview", self.preview)}
         for name, (check, limits) in _CHECKS.items():
             checked[name] = validate.optional(check, "film", name, getattr(self, name), **limits)
         if self.size is not None:
@@ -99,9 +100,9 @@ def plan_of(scenario: Scenario, out, options: FilmOptions) -> FilmPlan:
     recorded = Recorded(options.replay) if options.replay else None
     words = _differences(recorded, scenario, options) if recorded else []
     if options.integrator is not None:
-        scenario = dataclasses.replace(scenario, integrator=options.integrator)
+        scenario = dataclasses.replace(scenario, integrator=integrator_of("film", options.integrator))
     fps = _rate(scenario, recorded, options)
-    width, height = size = options.size or (tuple(n // 2 for n in SIZE) if options.preview else SIZE)
+    width, height = size = options.size or (HALF_SIZE if options.preview else SIZE)
     frame = (2 * width if options.beside else width), height
     still = Film(out, frame, fps).still
     times = _times(scenario, recorded, options.duration, fps)

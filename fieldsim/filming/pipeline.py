@@ -15,6 +15,7 @@ from fieldsim.render.layers import LayerPictures
 from fieldsim.render.output.video import Film
 from fieldsim.render.renderer import Renderer
 from fieldsim.scenario import Scenario
+from fieldsim.world.run import Run
 from fieldsim.world.world import Snapshot
 
 # What a frame is drawn from: one snapshot, or several in the order of time while a shutter is open.
@@ -53,7 +54,7 @@ def snapshots(scenario: Scenario, times: Sequence[float], device: str | None, re
     """The scenario's snapshots at `times`, simulated where anything moves by forces, and their part of the report."""
     with report.simulating.running():
         run, log = scenario.begin(device)
-    if run is None:
+    if run is None or log is None:
         yield from map(scenario.shown.at, times)
         return
     report.log = log
@@ -80,14 +81,21 @@ def snapshot_at(scenario: Scenario, time: float, device: str | None = None) -> S
 def frames_of(plan: FilmPlan, exposures: int, report: Report) -> Iterator[Moments]:
     """What each frame is drawn from: `exposures` snapshots, of which the first is at the frame's own time."""
     if plan.recorded:
-        return ((plan.recorded.at(time, plan.scenario.shown),) for time in plan.times)
+        return ((moment,) for moment in _moments(plan.recorded.replay(plan.scenario.shown), plan.times))
     camera = plan.scenario.camera
     times = [time + camera.at(time).shutter * k / exposures for time in plan.times for k in range(exposures)]
     moments = snapshots(plan.scenario, times, plan.options.device, report)
     return zip(*[moments] * exposures, strict=False)
 
 
-def _recorded(frames, recording):
+def _moments(run: Run, times: Sequence[float]) -> Iterator[Snapshot]:
+    """The run's snapshots at `times`."""
+    for moment in times:
+        run.advance(moment)
+        yield run.snapshot()
+
+
+def _recorded(frames: Iterator[Moments], recording: Recording) -> Iterator[Moments]:
     """The frames' snapshots, of each the first recorded as it passes."""
     for moments in frames:
         recording.add(moments[0])

@@ -3,10 +3,11 @@
 import contextlib
 import dataclasses
 import time
-from collections.abc import Iterator
+from collections.abc import Generator
 
 from fieldsim import launch
-from fieldsim.dynamics.diagnostics.energy_log import EnergyLog, EnergyReport
+from fieldsim.dynamics.diagnostics.energy_log import EnergyReport
+from fieldsim.scenario import RunLog
 
 # A load of kernels that takes longer than this, in seconds, compiles them.
 COMPILING = 2.0
@@ -20,7 +21,7 @@ class Clock:
     compiling: float = 0.0
 
     @contextlib.contextmanager
-    def running(self) -> Iterator[None]:
+    def running(self) -> Generator[None, None, None]:
         """Time a block."""
         start, loaded = time.perf_counter(), launch.load_seconds()
         try:
@@ -50,7 +51,7 @@ class Report:
     bounces: int = 0
     rays: int = 0
     energy: EnergyReport | None = None
-    log: EnergyLog | None = None
+    log: RunLog | None = None
     integrator: str = ""
     counted: str = "particle-steps"
     compiled: str = "first run only"

@@ -4,22 +4,28 @@ import copy
 import dataclasses
 import functools
 import warnings
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
 
 from fieldsim import launch, validate
-from fieldsim.dynamics.diagnostics.energy_log import EnergyLog, EnergyReport, History
+from fieldsim.dynamics.auto import Choice, IntegratorLike
+from fieldsim.dynamics.diagnostics.energy_log import EnergyReport, History
 from fieldsim.dynamics.diagnostics.totals import Drift, Total
 from fieldsim.dynamics.integrators.splittings import Leapfrog
 from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
 from fieldsim.mujoco import checks
 from fieldsim.mujoco.contact.geoms import Contact
 from fieldsim.mujoco.forces import ACCURACIES, FieldForces
-from fieldsim.mujoco.models import model_of
-from fieldsim.mujoco.scene.planet import follow
-from fieldsim.mujoco.scene.scene import Scene
-from fieldsim.scenario import Scenario
+from fieldsim.mujoco.models import ModelLike, model_of
+from fieldsim.mujoco.scene.planet import PlanetGeom, follow
+from fieldsim.mujoco.scene.scene import ModelSnapshot, Scene
+from fieldsim.mujoco.scene.skins import Skin
+from fieldsim.render.camera import Camera
+from fieldsim.scenario import RunLog, Scenario, ScenarioRun
+from fieldsim.types import RealLike
 from fieldsim.world.world import World
 
 # What MuJoCo counts when a state has ceased to be one.
@@ -44,14 +50,37 @@ class Experiment(Scenario):
     is called before every step, to set data.ctrl, say. A frame shows the step nearest to its time.
     """
 
-    model: object
+    model: mujoco.MjModel
     accuracy: str = "points"
     contact: Contact | None = None
     keep_gravity: bool | None = None
-    planets: tuple = ()
-    skins: tuple = ()
-    start: object = None
-    control: object = None
+    planets: tuple[PlanetGeom, ...] = ()
+    skins: tuple[Skin, ...] = ()
+    start: Callable[[mujoco.MjModel, mujoco.MjData], object] | None = None
+    control: Callable[[mujoco.MjModel, mujoco.MjData], object] | None = None
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            world: World,
+            camera: Camera,
+            *,
+            duration: RealLike,
+            fps: RealLike = ...,
+            integrator: IntegratorLike | None = ...,
+            title: str = ...,
+            name: str = ...,
+            parameters: dict[str, Any] = ...,
+            model: ModelLike,
+            accuracy: str = ...,
+            contact: Contact | None = ...,
+            keep_gravity: bool | None = ...,
+            planets: PlanetGeom | Sequence[PlanetGeom] = ...,
+            skins: Skin | Sequence[Skin] = ...,
+            start: Callable[[mujoco.MjModel, mujoco.MjData], object] | None = ...,
+            control: Callable[[mujoco.MjModel, mujoco.MjData], object] | None = ...,
+        ) -> None: ...
 
     def __post_init__(self):
         super().__post_init__()
@@ -80,7 +109,7 @@ class Experiment(Scenario):
         return model
 
     @classmethod
-    def of(cls, scenario: Scenario, model, **options) -> "Experiment":
+    def of(cls, scenario: Scenario, model: ModelLike, **options: Any) -> "Experiment":
         """The experiment of a model in a scenario: its world, camera, times and integrator; options: as above."""
         validate.instance("Experiment.of", "scenario", scenario, Scenario, "give a fs.Scenario")
         given = {field.name: getattr(scenario, field.name) for field in dataclasses.fields(Scenario)}
@@ -98,7 +127,7 @@ class Experiment(Scenario):
         """The world that its snapshots are of."""
         return self.scene.world
 
-    def begin(self, device: str | None = None):
+    def begin(self, device: str | None = None) -> tuple["Run", "ModelLog"]:
         """A `Run` from the start, and the log of its energy."""
         run = Run(self, *super().begin(device))
         return run, run.log
@@ -109,9 +138,9 @@ class Run:
 
     # For the report on a film.
     counted, compiled = "MuJoCo steps", "mostly MuJoCo's callback, in every run"
-    choice = None
+    choice: Choice | None = None
 
-    def __init__(self, experiment: Experiment, others=None, log=None):
+    def __init__(self, experiment: Experiment, others: ScenarioRun | None = None, log: RunLog | None = None):
         model = experiment.model
         self.experiment, self._others = experiment, others
         self.data = mujoco.MjData(model)
@@ -185,7 +214,7 @@ class Run:
                 validate.answer("Experiment", "control", experiment.control, model, data)
             mujoco.mj_step(model, data)
 
-    def snapshot(self):
+    def snapshot(self) -> ModelSnapshot:
         """The present moment."""
         base = self._others.snapshot() if self._others else self.experiment.world.at(self.time)
         return self.experiment.scene.snapshot(self.data, base)
@@ -198,7 +227,7 @@ class ModelLog:
     without motors, and planets that move, there should be none.
     """
 
-    def __init__(self, run: Run, others: EnergyLog | None):
+    def __init__(self, run: Run, others: RunLog | None):
         self._run, self._others = run, others
         self.invariant = others.invariant if others else ""
         self.history = others.history if others else History()

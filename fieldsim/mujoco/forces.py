@@ -9,6 +9,8 @@ import sys
 import threading
 import warnings
 import weakref
+from collections.abc import Generator, Sequence
+from typing import TypeAlias
 
 import mujoco
 import numpy as np
@@ -22,20 +24,25 @@ from fieldsim.mujoco.callback import layout, ownership
 from fieldsim.mujoco.callback import native as compiled
 from fieldsim.mujoco.callback.field_callbacks import LENGTHS
 from fieldsim.mujoco.callback.generalised_forces import actor
-from fieldsim.mujoco.callback.tables import Plan, Table, given_sources, sources_of
+from fieldsim.mujoco.callback.tables import Plan, SourcesLike, Table, given_sources, sources_of
 from fieldsim.mujoco.contact.geoms import Contact, body_balls, longest_step, slope_of, warn_of_untouched
 from fieldsim.mujoco.contact.potential import WIDTH
 from fieldsim.mujoco.energy import ModelEnergy, copy_state, own_energies
 from fieldsim.mujoco.points import SIX, geom_points
 from fieldsim.mujoco.watch import Watch
 from fieldsim.potentials.field import Field
+from fieldsim.types import ArrayLike, RealLike, WholeLike
 from fieldsim.world.body import Body
 from fieldsim.world.world import World
+
+# Names or numbers of bodies: one or several.
+BodiesLike: TypeAlias = str | WholeLike | Sequence[str | WholeLike] | np.ndarray
 
 ACCURACIES = ("points", "geoms", "torque")
 # Attributes that are set when the field is made, and cannot be changed.
 FIXED = ("model", "data", "sources", "bodies", "accuracy", "contact", "keep_gravity", "native")
 NOTHING = np.empty((0, 8))
+NO_HEAD = np.empty((0, 3), dtype=np.int64)
 # Marks gravity that was switched off: a zero that differs in its bits from one that a user sets.
 OFF = -0.0
 
@@ -77,14 +84,17 @@ class FieldForces(Uncopied):
     """
 
     _remedy = "make one in each process, of a copy of the model"
+    bodies: np.ndarray
+    _own_gravity: np.ndarray | None
+    _failure: Exception | None
 
     def __init__(
         self,
-        model,
-        data,
-        sources,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+        sources: SourcesLike,
         *,
-        bodies=None,
+        bodies: BodiesLike | None = None,
         accuracy: str = "points",
         contact: Contact | None = None,
         keep_gravity: bool | None = None,
@@ -119,7 +129,7 @@ class FieldForces(Uncopied):
         kind = accuracy, contact is not None
         self._act = actor(*kind, native)
         self._function = compiled.acting(*kind) if native else None
-        self._locked = compiled.LOCKED(self._function.address) if native else None
+        self._locked = compiled.LOCKED(self._function.address) if self._function else None
         # Copies of the model keep the mark, by which they are known.
         self.mark = secrets.randbits(32) | 1
         # Tables that were given up, while another thread may be at work on them.
@@ -179,8 +189,9 @@ class FieldForces(Uncopied):
 
     def _introduce(self):
         """Make the entry by which native code knows it."""
-        self._head = compiled.head_of(self._plan) if self.native else None
-        act = (self._function.address, self._head.ctypes.data) if self.free_of_python else (0, 0)
+        self._head = compiled.head_of(self._plan) if self.native else NO_HEAD
+        native = self._function if self.free_of_python else None
+        act = (native.address, self._head.ctypes.data) if native else (0, 0)
         watched, weightless = self._watch.rows, self.keep_gravity is False
         self.entry = compiled.entry_of(self.model, self.mark, *act, watched, self._told, weightless)
         self._outgrown.append((self._watch, self._plan, self._head, self.entry))
@@ -245,7 +256,7 @@ class FieldForces(Uncopied):
 
     # As a context
 
-    def __enter__(self):
+    def __enter__(self) -> "FieldForces":
         model = self.model
         checks.own_data(model, self.data)
         checks.state(self.data)
@@ -285,7 +296,7 @@ class FieldForces(Uncopied):
                 )
                 return
 
-    def __exit__(self, *failure):
+    def __exit__(self, *failure: object) -> None:
         gravity = self.model.opt.gravity
         if self._own_gravity is not None:
             # Unless the user set another one within.
@@ -335,7 +346,7 @@ class FieldForces(Uncopied):
         self._say(words)
 
     @contextlib.contextmanager
-    def running(self):
+    def running(self) -> Generator["FieldForces", None, None]:
         """Active within, whether or not it was already."""
         if ownership.active(self):
             self.refresh()
@@ -356,7 +367,7 @@ class FieldForces(Uncopied):
         """Whether native code alone can do it."""
         return self.native and not (self._gravity.timed or self._surface.timed)
 
-    def act(self, data) -> None:
+    def act(self, data: mujoco.MjData) -> None:
         """Add the forces to data.qfrc_passive; positions and velocities must be up to date. MuJoCo's stages do this."""
         data = self._own(data)
         self.act_at(data.model._address, data._address)
@@ -383,7 +394,7 @@ class FieldForces(Uncopied):
         now = compiled.time_of(data)
         self._gravity.at(now)
         self._surface.at(now)
-        if self.native:
+        if self._locked:
             head = self._head if plan is None else compiled.head_of(plan)
             self._locked(head.ctypes.data, model, data, found.ctypes.data if len(found) else 0)
         else:
@@ -418,16 +429,16 @@ class FieldForces(Uncopied):
         plan = self._plan._replace(first_point=np.arange(count + 1, dtype=np.int64), points=points)
         return self._surveyed(self.data, plan)
 
-    def wrenches(self, data=None) -> tuple[np.ndarray, np.ndarray]:
+    def wrenches(self, data: mujoco.MjData | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Forces (n, 3) and torques about the centres of mass (n, 3), world frame, on `bodies` now."""
         found = self._surveyed(self._own(data))
         return found[:, :3].copy(), found[:, 3:6].copy()
 
-    def potential_energy(self, data=None) -> float:
+    def potential_energy(self, data: mujoco.MjData | None = None) -> float:
         """Potential energy of the bodies in the fields and their contacts, now."""
         return float(self._surveyed(self._own(data))[:, 6:].sum())
 
-    def energy(self, data=None) -> ModelEnergy:
+    def energy(self, data: mujoco.MjData | None = None) -> ModelEnergy:
         """All energies now."""
         data = self._own(data)
         with self._lock:
@@ -435,7 +446,7 @@ class FieldForces(Uncopied):
             kinetic, own = own_energies(data.model, self._scratch)
         return ModelEnergy(data.time, kinetic, own, float(found[:, 6].sum()), float(found[:, 7].sum()))
 
-    def readings(self, data=None) -> np.ndarray:
+    def readings(self, data: mujoco.MjData | None = None) -> np.ndarray:
         """What the model's sensors read (nsensordata,) now, with the field as gravity, as `mujoco.mj_forward` would.
 
         Accelerometers and the linear accelerations of frames have the field's at their place taken off, force and
@@ -450,7 +461,7 @@ class FieldForces(Uncopied):
             self._sensed = _of_model(data.model, self._sensed)
             return sensors.readings(self, data, self._sensed)
 
-    def gravity_at(self, points, time: float | None = None) -> np.ndarray:
+    def gravity_at(self, points: ArrayLike, time: RealLike | None = None) -> np.ndarray:
         """Accelerations (N, 3) by the field's gravity at points (N, 3) of the world, default at data.time."""
         points = validate.points("FieldForces.gravity_at", "points", points)
         if not len(self._gravity):
@@ -463,7 +474,7 @@ class FieldForces(Uncopied):
         welds = self.model.body_weldid
         return self._chosen is None or bool(np.any(welds[self.bodies] == welds[body]))
 
-    def hanging(self, data) -> np.ndarray:
+    def hanging(self, data: mujoco.MjData) -> np.ndarray:
         """Torque and force (nbody, 6) of field and contact on each body and all that hangs on it.
 
         World frame, about the centre of mass of the whole tree, as MuJoCo's cfrc_int; what gravcomp compensates counts.

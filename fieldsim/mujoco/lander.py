@@ -169,4 +169,4 @@ class DonutLander(gymnasium.Env):
         return {"landed": bool(landed), "crashed": bool(crashed), "lost": bool(lost), "fuel": self._fuel}
 
 
-gymnasium.register(id="FieldSim/DonutLander-v0", entry_point=DonutLander, max_episode_steps=1000)
+gymnasium.register(id="FieldSim/DonutLander-v0", entry_point=f"{__name__}:DonutLander", max_episode_steps=1000)

@@ -2,22 +2,26 @@
 
 import os
 import pathlib
+from typing import TypeAlias
 
 import mujoco
 import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import InputError
+from fieldsim.types import PathLike
 
 # As in MuJoCo's own viewer, geoms of these groups are seen; those of others are for collisions alone, say.
 SEEN_GROUPS = (0, 1, 2)
 # What MuJoCo gives a geom that states no colour: one with a material then has the material's.
 UNTOLD = np.array((0.5, 0.5, 0.5, 1.0), dtype=np.float32)
+# A model, MJCF as text, or the path of a file of it.
+ModelLike: TypeAlias = mujoco.MjModel | PathLike
 # Things at most that a warning names.
 MOST_NAMED = 12
 
 
-def model_of(source):
+def model_of(source: ModelLike) -> mujoco.MjModel:
     """The MjModel of `source`: itself, or the path of an .xml or .mjb file, or MJCF as text.
 
     Raises InputError for what is none of these, for a file that is not there, and for what MuJoCo cannot read, with
@@ -95,7 +99,7 @@ def label(model, geom: int) -> str:
 
 def named(model, sort: str, number: int) -> str:
     """The name of a thing of a sort (tendon, flex, texture, ...) as it stands in a message, or its number."""
-    name = mujoco.mj_id2name(model, getattr(mujoco.mjtObj, f"mjOBJ_{sort.upper()}"), int(number))
+    name = mujoco.mj_id2name(model, getattr(mujoco.mjtObj, f"mjOBJ_{sort.upper()}"), number)
     return repr(name) if name else str(number)
 
 

@@ -1,5 +1,6 @@
 """Many worlds: open-loop runs of one model from many starts, on threads, in the fields of a FieldForces."""
 
+import math
 import os
 import warnings
 
@@ -11,6 +12,7 @@ from fieldsim import validate
 from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.mujoco.forces import FieldForces
 from fieldsim.mujoco.models import alike, named
+from fieldsim.types import ArrayLike, WholeLike
 
 # Positions, velocities, activations and time: what a run starts from and what it returns.
 STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
@@ -18,13 +20,13 @@ STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
 MOST = 2**36
 
 
-def state_size(model) -> int:
+def state_size(model: mujoco.MjModel) -> int:
     """How many numbers the state of a model is."""
     validate.instance("state_size", "model", model, mujoco.MjModel, "give a mujoco.MjModel")
     return mujoco.mj_stateSize(model, STATE)
 
 
-def state_of(model, data) -> np.ndarray:
+def state_of(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
     """The state (state_size,) of data: time, positions, velocities, activations, as `rollout` takes and gives it.
 
     Raises InputError for data of another model.
@@ -36,7 +38,14 @@ def state_of(model, data) -> np.ndarray:
     return state
 
 
-def rollout(forces, starts, steps: int, *, controls=None, threads: int | None = None):
+def rollout(
+    forces: FieldForces,
+    starts: ArrayLike,
+    steps: WholeLike,
+    *,
+    controls: ArrayLike | None = None,
+    threads: WholeLike | None = None,
+) -> tuple[np.ndarray, np.ndarray]:
     """States (worlds, steps, state) and sensors (worlds, steps, sensors) of many runs of forces.model.
 
     Sensors are MuJoCo's own: to some of them the field is a push (see `FieldForces.readings`).
@@ -100,7 +109,7 @@ def _tell_of_blown_up(model, starts, steps, states):
         first = int(stopped[0])
         warnings.warn(
             f"rollout: {len(stopped)} of {len(starts)} worlds blew up, the first is world {first} before its step "
-            f"{int(max(ran[first], 0) + 1)}; their last states are repeated: give a timestep below "
+            f"{math.floor(max(ran[first], 0.0)) + 1}; their last states are repeated: give a timestep below "
             f"{model.opt.timestep:g} or a softened kernel",
             FieldsimWarning,
             stacklevel=3,
@@ -113,8 +122,10 @@ def _tell_of_what_is_left_out(model, data):
     order = model.body_mocapid[mocap]
     there = np.hstack([data.mocap_pos[order], data.mocap_quat[order]])
     moved = mocap[(there != np.hstack([model.body_pos[mocap], model.body_quat[mocap]])).any(axis=1)]
-    words = [f"mocap body {named(model, 'body', body)}" for body in moved]
-    words += [f"equality {named(model, 'equality', k)}" for k in np.flatnonzero(data.eq_active != model.eq_active0)]
+    words = [f"mocap body {named(model, 'body', body)}" for body in moved.tolist()]
+    words += [
+        f"equality {named(model, 'equality', k)}" for k in np.flatnonzero(data.eq_active != model.eq_active0).tolist()
+    ]
     if words:
         warnings.warn(
             f"rollout: states do not hold where mocap bodies are and which equalities are active: {', '.join(words)} "

@@ -42,7 +42,7 @@ class Watch:
     def differs(self, model: int) -> bool:
         """Whether the model at an address, a copy, has other numbers than the tables were made of."""
         return any(
-            ctypes.string_at(ctypes.c_void_p.from_address(model + place).value, copy.nbytes) != copy.tobytes()
+            ctypes.string_at(ctypes.c_void_p.from_address(model + place), copy.nbytes) != copy.tobytes()
             for (_, copy, place), row in zip(self._short, self.rows, strict=True)
             if not row[3]
         )

@@ -55,6 +55,8 @@ _compiling = ThreadLock()
 class Portable:
     """A scalar function and its compiled twins. Made by `portable`; see the module's text."""
 
+    __qualname__: str
+
     def __init__(self, function, bindings=None):
         self.function = function
         self.bindings = dict(bindings or {})

@@ -144,7 +144,8 @@ class Archive:
         array = np.frombuffer(data, "<f8").astype(float)
         if not np.isfinite(array).all():
             raise self.damaged(f"holds nan or inf as {info.filename!r}")
-        return array[0] if rows is None else array.reshape(rows, _WIDTHS[name.partition("/")[0]])
+        width = _WIDTHS[name.partition("/")[0]]
+        return array[0] if width is None else array.reshape(-1, width)
 
     def all_numbers(self, kind: str, index: int) -> tuple[np.ndarray, ...]:
         """The entries of a kind that snapshot `index` has: of "poses" one, of "positions" one a set."""

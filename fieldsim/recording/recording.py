@@ -8,11 +8,14 @@ its scenario, parameters, integrator, frames per second, duration and the versio
 """
 
 import contextlib
+import dataclasses
 import importlib.metadata
 import json
 import threading
+import types
 import zipfile
 from collections.abc import Iterator
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -21,8 +24,18 @@ from fieldsim.copies import Uncopied
 from fieldsim.errors import FilmError, InputError
 from fieldsim.numerics import quaternion
 from fieldsim.recording.archive import MOST_ABOUT, Archive
+from fieldsim.types import PathLike, RealLike, WholeLike
 from fieldsim.world.motion import Pose
 from fieldsim.world.world import Snapshot, World, given_world
+
+
+@dataclasses.dataclass
+class _Open:
+    """A recording that is open: its part of a file, the archive within, and the arrays of the last snapshot."""
+
+    part: files.Part
+    file: zipfile.ZipFile
+    last: dict[str, np.ndarray] | None = None
 
 
 class Recording(Uncopied):
@@ -42,7 +55,7 @@ class Recording(Uncopied):
 
     _remedy = "make one in each process"
 
-    def __init__(self, path, about: dict | None = None, *, planned: int | None = None):
+    def __init__(self, path: PathLike, about: dict[str, Any] | None = None, *, planned: WholeLike | None = None):
         path = validate.path("Recording", "path", path)
         about = {} if about is None else about
         self._about = _json(validate.instance("Recording", "about", about, dict, "give a dict"))
@@ -51,42 +64,43 @@ class Recording(Uncopied):
             raise InputError(f"Recording: path is {str(path)!r}; it should end in .npz")
         self.path = files.checked_target("Recording", path)
         self.count = 0
-        self._part = self._file = self._last = None
+        self._open: _Open | None = None
         self._lock = threading.Lock()
 
     def __enter__(self) -> "Recording":
-        if self._file is not None:
+        if self._open is not None:
             raise FilmError(f"{self.path}: the recording is open already; give every `with` a fs.Recording of its own")
         try:
-            self._part = files.Part(self.path)
-            self._file = zipfile.ZipFile(self._part.path, "w", zipfile.ZIP_DEFLATED, compresslevel=1)
+            part = files.Part(self.path)
+            file = zipfile.ZipFile(part.path, "w", zipfile.ZIP_DEFLATED, compresslevel=1)
         except OSError as reason:
             raise FilmError(f"{self.path}: cannot write here: {reason.strerror or reason}") from None
-        self.count, self._last = 0, None
+        self.count, self._open = 0, _Open(part, file)
         return self
 
     def add(self, snapshot: Snapshot) -> None:
         """Append a snapshot; InputError for one of another world or an earlier time than the one before."""
-        if self._file is None:
+        target = self._open
+        if target is None:
             raise self._not_open()
         validate.instance("Recording.add", "snapshot", snapshot, Snapshot, "give a fs.Snapshot")
         arrays = _arrays(snapshot)
         with self._lock:
-            self._refuse(arrays)
-            self._append(arrays)
-            self._last = arrays
+            self._refuse(arrays, target.last or arrays)
+            self._append(target.file, arrays)
+            target.last = arrays
             self.count += 1
 
-    def _append(self, arrays):
-        entries = self._file.filelist
+    def _append(self, file, arrays):
+        entries = file.filelist
         before = len(entries)
         try:
             for name, array in arrays.items():
-                self._write(f"{name}/{self.count:06d}", array)
+                _write(file, f"{name}/{self.count:06d}", array)
         except BaseException as error:
             # Of a snapshot that is not whole nothing is to be found.
             for entry in entries[before:]:
-                self._file.NameToInfo.pop(entry.filename, None)
+                file.NameToInfo.pop(entry.filename, None)
             del entries[before:]
             if isinstance(error, OSError):
                 raise FilmError(f"{self.path}: writing failed: {error.strerror or error}") from None
@@ -95,12 +109,12 @@ class Recording(Uncopied):
     def _not_open(self):
         return FilmError(f"{self.path}: the recording is not open; add inside `with fs.Recording(...) as recording:`")
 
-    def _refuse(self, arrays):
-        """Raise InputError for what could not be read again."""
+    @staticmethod
+    def _refuse(arrays, last):
+        """Raise InputError for what could not be read again; last: the arrays of the snapshot before."""
         for name, array in arrays.items():
             if not np.isfinite(array).all():
                 raise InputError(f"Recording.add: the snapshot has nan or inf in its {name}")
-        last = self._last or arrays
         if {name: np.shape(array) for name, array in arrays.items()} != {n: np.shape(a) for n, a in last.items()}:
             raise InputError("Recording.add: the snapshot has other bodies, particles or shapes than the one before")
         if arrays["time"] < last["time"]:
@@ -109,21 +123,17 @@ class Recording(Uncopied):
                 "add them in the order of time"
             )
 
-    def _write(self, name, array):
-        # Without a date, the same run is the same bytes.
-        entry = zipfile.ZipInfo(f"{name}.npy")
-        entry.compress_type = zipfile.ZIP_DEFLATED
-        with self._file.open(entry, "w", force_zip64=True) as target:
-            np.lib.format.write_array(target, np.asarray(array, order="C"), allow_pickle=False)
-
     @interrupts.held()
-    def __exit__(self, kind, error, trace):
-        if self._file is None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: types.TracebackType | None
+    ) -> None:
+        target = self._open
+        if target is None:
             if error is None:
                 raise self._not_open()
             return
         try:
-            kept = self._finished(whole=error is None)
+            kept = self._finished(target, whole=error is None)
             if kept and error is not None:
                 files.say(error, files.kept_words(kept, self.count, self._planned, "snapshot"))
         except OSError as reason:
@@ -132,21 +142,29 @@ class Recording(Uncopied):
             files.say(error, files.lost_words(self.path, reason))
         finally:
             with contextlib.suppress(OSError):  # it is closed, or what could not be written still cannot
-                self._file.close()
-            self._part.discard()
-            self._part = self._file = self._last = None
+                target.file.close()
+            target.part.discard()
+            self._open = None
 
-    def _finished(self, whole):
+    def _finished(self, target, whole):
         """Close the file and let it appear; where, or None for a recording without snapshots."""
         if self.count and self._about:
-            self._write("about.json", np.frombuffer(self._about, np.uint8))
-        self._file.close()
+            _write(target.file, "about.json", np.frombuffer(self._about, np.uint8))
+        target.file.close()
         if not self.count:
             return None
         if not whole:
-            return self._part.keep()
-        self._part.publish()
+            return target.part.keep()
+        target.part.publish()
         return self.path
+
+
+def _write(file, name, array):
+    # Without a date, the same run is the same bytes.
+    entry = zipfile.ZipInfo(f"{name}.npy")
+    entry.compress_type = zipfile.ZIP_DEFLATED
+    with file.open(entry, "w", force_zip64=True) as target:
+        np.lib.format.write_array(target, np.asarray(array, order="C"), allow_pickle=False)
 
 
 def _json(about):
@@ -163,7 +181,7 @@ def _json(about):
 def _arrays(snapshot):
     """What a snapshot has, by the names of its entries."""
     poses = [(*pose.position, *pose.rotation) for pose in snapshot.poses]
-    found = {"time": np.float64(snapshot.time), "poses": np.array(poses, dtype=float).reshape(-1, 7)}
+    found = {"time": np.array(snapshot.time), "poses": np.array(poses, dtype=float).reshape(-1, 7)}
     for name in ("positions", "velocities"):
         found |= {f"{name}/{k}": np.asarray(array, dtype=float) for k, array in enumerate(getattr(snapshot, name))}
     for index, (positions, rotations) in enumerate(snapshot.shape_poses or ()):
@@ -172,7 +190,31 @@ def _arrays(snapshot):
     return found
 
 
-def about_run(scenario, fps: float) -> dict:
+class Described(Protocol):
+    """What is known of a run, such as a `fs.Scenario`: the script's name and parameters, integrator and duration."""
+
+    @property
+    def name(self) -> str:
+        """The script's name, "" for none."""
+        ...
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """The values of its `build`'s parameters."""
+        ...
+
+    @property
+    def integrator(self) -> object:
+        """What moves things, by its text."""
+        ...
+
+    @property
+    def duration(self) -> float:
+        """Length in time."""
+        ...
+
+
+def about_run(scenario: Described, fps: float) -> dict[str, Any]:
     """What a recording says of its run: scenario and title, parameters, integrator, fps, duration and version."""
     parameters = scenario.parameters
     return {
@@ -197,7 +239,7 @@ class Recorded:
     without trust: InputError, naming it, for one that is damaged, cut off or not as `Recording` writes them.
     """
 
-    def __init__(self, path):
+    def __init__(self, path: PathLike):
         self.path = validate.path("Recorded", "path", path)
         self._archive = Archive(self.path)
         self.times = np.array([self._archive.numbers("time", index) for index in range(self._archive.count)])
@@ -211,7 +253,7 @@ class Recorded:
     def __reduce__(self):
         return Recorded, (self.path,)
 
-    def differences(self, scenario) -> list[str]:
+    def differences(self, scenario: Described) -> list[str]:
         """Words on what the scenario has in another way than the run that was recorded: its name and parameters."""
         remedy = "give a fs.Scenario"
         validate.having("Recorded.differences", "scenario", scenario, ("name", "parameters", "world"), remedy)
@@ -227,17 +269,16 @@ class Recorded:
                 words.append(f"parameter {name} was {_told(one)}, here it is {_told(other)}")
         return words
 
-    def snapshot(self, index: int, world: World) -> Snapshot:
+    def snapshot(self, index: WholeLike, world: World) -> Snapshot:
         """Snapshot `index` of the recorded `world`; InputError for a world of other bodies or particles."""
         index = validate.whole("Recorded.snapshot", "index", index, at_least=0, at_most=len(self) - 1)
         validate.instance("Recorded.snapshot", "world", world, World, "give the World that was recorded")
         self._refuse_other(world)
         poses, shapes = (self._placed(kind, index) for kind in ("poses", "shapes"))
-        sets = (self._archive.all_numbers(kind, index) for kind in ("positions", "velocities"))
-        placed = tuple(Pose(tuple(row[:3]), tuple(row[3:])) for row in poses[0])
-        return Snapshot(
-            world, float(self.times[index]), placed, *sets, tuple((rows[:, :3], rows[:, 3:]) for rows in shapes) or None
-        )
+        positions, velocities = (self._archive.all_numbers(kind, index) for kind in ("positions", "velocities"))
+        placed = tuple(Pose(row[:3], row[3:]) for row in poses[0])
+        shapes = tuple((rows[:, :3], rows[:, 3:]) for rows in shapes) or None
+        return Snapshot(world, float(self.times[index]), placed, positions, velocities, shapes)
 
     def _placed(self, kind, index):
         """Places and turns of an entry of that kind after the other, (N, 7) each."""
@@ -268,7 +309,7 @@ class Recorded:
         span = float(self.times[-1]) - float(self.times[0])
         return (len(self) - 1) / span if span > 0.0 else 30.0
 
-    def at(self, time: float, world: World) -> Snapshot:
+    def at(self, time: RealLike, world: World) -> Snapshot:
         """The snapshot nearest to `time`."""
         time = validate.number("Recorded.at", "time", time)
         with np.errstate(over="ignore"):
@@ -278,3 +319,26 @@ class Recorded:
         """All snapshots in turn."""
         given_world("Recorded.snapshots", world)
         return (self.snapshot(index, world) for index in range(len(self)))
+
+    def replay(self, world: World) -> "Replay":
+        """The recording of `world` as a run: at each time it is where the nearest snapshot has it."""
+        return Replay(self, given_world("Recorded.replay", world))
+
+
+class Replay:
+    """A recording that is run again, without computing: a `Run`, made by `Recorded.replay`."""
+
+    def __init__(self, recorded: Recorded, world: World):
+        self.recorded, self.world = recorded, world
+        self.time = float(recorded.times[0])
+
+    def advance(self, until: float) -> None:
+        """Go to the time `until`; InputError for one before the present."""
+        until = validate.number("Replay.advance", "until", until)
+        if until < self.time:
+            raise InputError(f"Replay.advance: until is {until:g}, before the present time {self.time:g}")
+        self.time = until
+
+    def snapshot(self) -> Snapshot:
+        """The snapshot nearest to the present time."""
+        return self.recorded.at(self.time, self.world)

@@ -6,6 +6,7 @@ Native callbacks receive bare addresses. The structs differ from version to vers
 
 import ctypes
 import functools
+from typing import Any
 
 import mujoco
 from mujoco.introspect import structs
@@ -68,11 +69,11 @@ def _unknown(struct, reason):
 
 
 @functools.cache
-def _structure(name):
+def _structure(name) -> Any:
     return _record(name, structs.STRUCTS[name].fields)
 
 
-def _record(name, fields):
+def _record(name, fields) -> Any:
     return type(name, (ctypes.Structure,), {"_fields_": [(field.name, _type_of(field.type)) for field in fields]})
 
 

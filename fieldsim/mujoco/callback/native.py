@@ -140,13 +140,16 @@ def views_at(model: int, data: int, bodies: int, dofs: int) -> Views:
     """Views of the structs at two addresses, of so many bodies and degrees of freedom, for Python."""
 
     def array(address, *shape):
-        return np.ctypeslib.as_array(ctypes.cast(ctypes.c_void_p.from_address(address).value, _DOUBLES), shape)
+        return np.ctypeslib.as_array(ctypes.cast(ctypes.c_void_p.from_address(address), _DOUBLES), shape)
 
-    shapes = {"xipos": (bodies, 3), "ximat": (bodies, 9), "subtree_com": (bodies, 3), "cdof": (dofs, 6)}
-    shapes |= {"cvel": (bodies, 6), "qfrc_passive": (dofs,)}
     return Views(
         ctypes.c_double.from_address(data + _TIME).value,
-        *(array(data + PLACES[name], *shape) for name, shape in shapes.items()),
+        array(data + _XIPOS, bodies, 3),
+        array(data + _XIMAT, bodies, 9),
+        array(data + _SUBTREE_COM, bodies, 3),
+        array(data + _CDOF, dofs, 6),
+        array(data + _CVEL, bodies, 6),
+        array(data + _QFRC_PASSIVE, dofs),
         array(model + _MASS, bodies),
         array(model + _INERTIA, bodies, 3),
         array(model + _GRAVCOMP, bodies),

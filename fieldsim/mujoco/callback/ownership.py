@@ -9,24 +9,53 @@ import ctypes
 import functools
 import os
 import threading
+from typing import Any, Protocol
 
 import mujoco
+import numpy as np
 
 from fieldsim.errors import InputError
 from fieldsim.mujoco.callback import native
 
+
+class Acting(Protocol):
+    """Forces of which native code has an entry: they act on a model and on its copies; a `FieldForces`.
+
+    model, data: an MjModel and an MjData; mark: by which copies of the model are known; entry: see `native.entry_of`.
+    """
+
+    model: mujoco.MjModel
+    data: mujoco.MjData
+    mark: int
+    entry: np.ndarray
+
+    @property
+    def free_of_python(self) -> bool:
+        """Whether native code alone can do it."""
+        ...
+
+    def act_at(self, model: int, data: int) -> None:
+        """Add the forces at the addresses of a model and its data."""
+        ...
+
+    def act_apart(self, model: int, data: int) -> None:
+        """The same in a thread of MuJoCo's, where nothing may be raised."""
+        ...
+
+
 # Guards what follows; native code reads its rows without it.
 _lock = threading.RLock()
 # Who acts, by the row that stands for it; and who did, and may be at work still in another thread.
-_active: dict[int, object] = {}
-_leaving: dict[int, object] = {}
+_active: dict[int, Acting] = {}
+_leaving: dict[int, Acting] = {}
 # Rows that were active while a callback that the user set stood in the place of ours.
 _displaced: set[int] = set()
 # What was there before; what Python is told is there now.
-_before = _ours = None
+_before: Any = None
+_ours: Any = None
 
 
-def begin(forces) -> None:
+def begin(forces: Acting) -> None:
     """Let a FieldForces act on its model; raises InputError where that model has one already."""
     with _lock:
         if any(other.model._address == forces.model._address for other in _active.values()):
@@ -46,7 +75,7 @@ def begin(forces) -> None:
         native.publish(row, forces.entry, forces.data._address)
 
 
-def renew(forces) -> bool:
+def renew(forces: Acting) -> bool:
     """Take its new entry, if it acts. Whether no thread is at work with the one before."""
     with _lock:
         row = _row_of(forces)
@@ -55,7 +84,7 @@ def renew(forces) -> bool:
         return row is None or not native.is_busy(row)
 
 
-def end(forces) -> tuple[bool, int, int]:
+def end(forces: Acting) -> tuple[bool, int, int]:
     """Let it act no more. Whether it was displaced, and what moved without the field (see `native.strangers`)."""
     with _lock:
         row = _row_of(forces)
@@ -71,13 +100,13 @@ def end(forces) -> tuple[bool, int, int]:
         return found
 
 
-def active(forces) -> bool:
+def active(forces: Acting) -> bool:
     """Whether it was entered, and not left."""
     with _lock:
         return _row_of(forces) is not None
 
 
-def is_native(forces) -> bool:
+def is_native(forces: Acting) -> bool:
     """Whether MuJoCo calls ours, and that nothing but native code for its model."""
     return in_place() and not _asks_python(_before) and forces.free_of_python
 
@@ -116,10 +145,10 @@ def _install():
         # MuJoCo keeps it, and we call what MuJoCo would: its own way into Python.
         _ours = functools.partial(found)
         mujoco.set_mjcb_passive(_ours)
-        native.HEADER[1] = _pointer().value
+        native.HEADER[1] = _pointer().value or 0
         _pointer().value = address
     else:
-        native.HEADER[1] = ctypes.cast(found, ctypes.c_void_p).value if found else 0
+        native.HEADER[1] = ctypes.cast(found, ctypes.c_void_p).value or 0 if found else 0
         _ours = native.POINTER(address)
         mujoco.set_mjcb_passive(_ours)
 

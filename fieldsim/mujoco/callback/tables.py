@@ -2,6 +2,7 @@
 
 import dataclasses
 import typing
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -14,8 +15,11 @@ from fieldsim.numerics import quaternion
 from fieldsim.potentials.elements import concatenate, place
 from fieldsim.potentials.field import Field
 from fieldsim.world.body import Body
-from fieldsim.world.motion import Spin, pose_at
+from fieldsim.world.motion import Pose, Spin, pose_at
 from fieldsim.world.world import World
+
+# What a user gives as sources: one or several.
+SourcesLike: typing.TypeAlias = Field | Body | World | Sequence[Field | Body | World]
 
 # Half the time over which the velocity of a surface is measured that only Python can move (friction asks for it).
 TWIST_STEP = 1e-5
@@ -34,9 +38,9 @@ class Source(typing.NamedTuple):
     kinds: np.ndarray
     groups: np.ndarray
     motions: np.ndarray
-    field: object
-    jet: object
-    margin: object
+    field: int | Callable
+    jet: int | Callable
+    margin: int | Callable
 
 
 class Plan(typing.NamedTuple):
@@ -85,8 +89,8 @@ class Views(typing.NamedTuple):
 class _Part:
     """One source in one role: its elements at a time, and its motion."""
 
-    elements: object
-    motion: object
+    elements: Callable[[float], registry.Elements]
+    motion: Pose | Callable[[float], Pose]
     deforming: bool
 
     @property
@@ -204,14 +208,14 @@ def _groups(chunks, spinning, first):
     return groups, motions
 
 
-def given_sources(sources) -> tuple:
+def given_sources(sources: SourcesLike) -> tuple:
     """What a user gave as sources: one or several."""
     remedy = "give a fs.Field, fs.Body or fs.World, or a list of them"
     single = isinstance(sources, Field | Body | World)
     return (sources,) if single else validate.listed("FieldForces", "sources", sources, remedy)
 
 
-def sources_of(sources) -> tuple:
+def sources_of(sources: SourcesLike) -> tuple:
     """Fields and bodies of what a user gave as sources: one or a sequence of Field, Body and World."""
     found = []
     for index, source in enumerate(given_sources(sources)):

@@ -105,7 +105,7 @@ def warn_of_untouched(model, bodies) -> None:
     """Tell of what moves and collides in MuJoCo, but not with surfaces: flexible bodies, geoms of massless bodies."""
     moves = checks.last_dofs(model)[model.geom_bodyid] >= 0
     loose = _collides(model, "geom") & moves & ~np.isin(model.geom_bodyid, bodies)
-    names = [f"geom {label(model, geom)} (its body has no mass)" for geom in np.flatnonzero(loose)]
+    names = [f"geom {label(model, geom)} (its body has no mass)" for geom in np.flatnonzero(loose).tolist()]
     names += [f"flex {named(model, 'flex', k)}" for k in np.flatnonzero(_collides(model, "flex")).tolist()]
     if names:
         warnings.warn(

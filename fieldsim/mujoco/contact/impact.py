@@ -33,8 +33,8 @@ def hit_speed(world, model) -> float:
         raise InputError("no body of the model has mass and can move; give one a joint and a mass")
     if gravity is None or not len(places):
         raise InputError("no fall onto a surface from which to tell the speed of hits; give --speed, or --no-contact")
-    start = gravity.value(data.xipos[movable]).min()
-    drop = float(gravity.value(places).max() - start)
+    start = np.min(gravity.value(data.xipos[movable]))
+    drop = float(np.max(gravity.value(places)) - start)
     if not drop > 0.0:
         raise InputError("the bodies start lower than all surfaces, so no speed of hits is known; give --speed")
     return float(np.sqrt(2.0 * drop))
@@ -45,7 +45,7 @@ def shortened(world, model, contact: Contact | None) -> float:
     steps = [model.opt.timestep]
     if contact:
         radius = min(body.surface.at(0.0).radius for body in world.bodies if body.surface is not None)
-        for body in np.flatnonzero((model.body_mass > 0.0) & (model.body_weldid != 0)):
+        for body in np.flatnonzero((model.body_mass > 0.0) & (model.body_weldid != 0)).tolist():
             rows = body_balls(model, body, contact, radius)
             if len(rows):
                 steps.append(MARGIN * longest_step(rows, model.body_mass[body], contact))

@@ -2,6 +2,7 @@
 
 import dataclasses
 import re
+from collections.abc import Sequence
 
 import mujoco
 import numpy as np
@@ -11,6 +12,7 @@ from fieldsim.errors import FieldsimError, InputError
 from fieldsim.mujoco.callback.tables import sources_of
 from fieldsim.mujoco.models import alike, named_body
 from fieldsim.potentials.meshes.mesh import TriangleMesh
+from fieldsim.types import ArrayLike, RealLike, WholeLike
 from fieldsim.world.body import Body
 from fieldsim.world.motion import pose_at
 
@@ -49,11 +51,11 @@ def planet_geom(
     *,
     name: str = "",
     kind: str = "sdf",
-    resolution: int | None = None,
-    tolerance: float | None = None,
-    friction=(1.0, 0.005, 0.0001),
+    resolution: WholeLike | None = None,
+    tolerance: RealLike | None = None,
+    friction: ArrayLike = (1.0, 0.005, 0.0001),
     mocap: bool | None = None,
-    time: float = 0.0,
+    time: RealLike = 0.0,
 ) -> PlanetGeom:
     """The surface of `body` as a geom that MuJoCo's own solver collides with.
 
@@ -88,7 +90,7 @@ def planet_geom(
     return PlanetGeom(name, asset, geom, f'<body name="{name}"{flag} {place}>{geom}</body>', mocap, body, mesh)
 
 
-def follow(model, data, planets) -> None:
+def follow(model: mujoco.MjModel, data: mujoco.MjData, planets: Sequence[PlanetGeom]) -> None:
     """Put the mocap bodies of `planets` (PlanetGeoms) where their sources are at data.time; call it before each step.
 
     MuJoCo knows a mocap body's place but not its velocity: it pushes, but drags nothing along by friction.

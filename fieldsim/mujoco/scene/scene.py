@@ -4,12 +4,14 @@ import copy
 import dataclasses
 import operator
 import warnings
+from collections.abc import Sequence
 
+import mujoco
 import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import FieldsimWarning, InputError
-from fieldsim.mujoco.models import alike, listed, model_of, seen, seen_geoms
+from fieldsim.mujoco.models import ModelLike, alike, listed, model_of, seen, seen_geoms
 from fieldsim.mujoco.scene.geoms import material_of, shape_of
 from fieldsim.mujoco.scene.planet import PlanetGeom
 from fieldsim.mujoco.scene.skins import Skin
@@ -45,14 +47,21 @@ class Scene:
     world: what a snapshot is of: the given world's bodies, particles, shapes, and these.
     """
 
-    def __init__(self, world: World, model, *, skins=(), planets=()):
+    def __init__(
+        self,
+        world: World,
+        model: ModelLike,
+        *,
+        skins: Skin | Sequence[Skin] = (),
+        planets: PlanetGeom | Sequence[PlanetGeom] = (),
+    ):
         self.given = given_world("Scene", world)
         self.model = model_of(model)
         self.skins = _all("skins", skins, Skin, "fs.mujoco.skin(model)")
         self.planets = _all("planets", planets, PlanetGeom, "fs.mujoco.planet_geom(body)")
         for index, one in enumerate(self.skins):
             one.refuse_other(self.model, f"Scene: skins[{index}]")
-        self._left_out = []
+        self._left_out: list[str] = []
         self._compose()
 
     def _compose(self):
@@ -96,7 +105,7 @@ class Scene:
                 stacklevel=4,
             )
 
-    def snapshot(self, data, base: Snapshot | None = None) -> ModelSnapshot:
+    def snapshot(self, data: mujoco.MjData, base: Snapshot | None = None) -> ModelSnapshot:
         """The moment of an MjData whose kinematics are up to date (mujoco.mj_kinematics after a step).
 
         base: a snapshot of the given world, for all but the model; default that world at data.time.

@@ -8,12 +8,13 @@ import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import InputError
-from fieldsim.mujoco.models import color_of, counts, label, model_of, named_body, seen_geoms
+from fieldsim.mujoco.models import ModelLike, color_of, counts, label, model_of, named_body, seen_geoms
 from fieldsim.numerics import quaternion
 from fieldsim.potentials.primitives.base import Primitive
 from fieldsim.potentials.primitives.point import Point
 from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.potentials.primitives.triangle import Triangle
+from fieldsim.types import RealLike, WholeLike
 from fieldsim.world.body import Body
 from fieldsim.world.material import Material
 from fieldsim.world.motion import Pose
@@ -47,12 +48,12 @@ class Skin:
         if not len(self.bodies) == len(self.owners) == len(self.geoms):
             raise InputError("Skin: bodies, owners and geoms are not alike in number; make it with fs.mujoco.skin")
 
-    def refuse_other(self, model, owner: str) -> None:
+    def refuse_other(self, model: mujoco.MjModel, owner: str) -> None:
         """Refuse a model that it was not made of, or of a copy."""
         if self.counts and self.counts != counts(model):
             raise InputError(f"{owner} is of another model; make it of this one: fs.mujoco.skin(model)")
 
-    def poses(self, data) -> tuple[Pose, ...]:
+    def poses(self, data: mujoco.MjData) -> tuple[Pose, ...]:
         """Where the bodies are in an MjData whose kinematics are up to date. Raises InputError for another model's."""
         validate.instance("Skin.poses", "data", data, mujoco.MjData, "give a mujoco.MjData of the model")
         self.refuse_other(data.model, "Skin.poses: the skin")
@@ -60,12 +61,12 @@ class Skin:
 
 
 def skin(
-    model,
-    root: str | int | None = None,
+    model: ModelLike,
+    root: str | WholeLike | None = None,
     *,
     material: Material | None = None,
-    blobbiness: float | None = None,
-    swell: float = 1.0,
+    blobbiness: RealLike | None = None,
+    swell: RealLike = 1.0,
 ) -> Skin:
     """The body tree from `root` (a name or number; None: all bodies that move) as a soft, blended surface.
 

@@ -19,13 +19,17 @@ import re
 import subprocess
 import tempfile
 import threading
+import types
 import warnings
+from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 
 from fieldsim import files, interrupts, validate
 from fieldsim.copies import Uncopied
 from fieldsim.errors import FieldsimWarning, FilmError, InputError
+from fieldsim.types import PathLike, RealLike, SizeLike, WholeLike
 
 KNOWN = "name.mp4, name.gif, name.png (one picture), folder/ or name_%04d.png (a sequence)"
 
@@ -66,7 +70,9 @@ class Film(Uncopied):
 
     _remedy = "make one in each process"
 
-    def __init__(self, path, size=None, fps: float = 30.0, *, planned: int | None = None):
+    def __init__(
+        self, path: PathLike, size: SizeLike | None = None, fps: RealLike = 30.0, *, planned: WholeLike | None = None
+    ):
         self._target = validate.path("Film", "path", path)
         self.path = os.fspath(path)
         self.fps = validate.number("Film", "fps", fps, at_least=SLOWEST, at_most=FASTEST)
@@ -75,7 +81,9 @@ class Film(Uncopied):
         self.frames = 0
         self._format = _format_of(self.path)
         self._format.check(self._target)
-        self._part = self._writer = self._failure = None
+        self._part: files.Part | None = None
+        self._writer: Writer | None = None
+        self._failure: FilmError | None = None
         self._lock = threading.Lock()
 
     @property
@@ -93,28 +101,31 @@ class Film(Uncopied):
         self.frames, self._failure = 0, None
         return self
 
-    def write(self, image) -> None:
+    def write(self, image: np.ndarray) -> None:
         """Add a frame: an array (height, width, 3) of uint8."""
-        if self._part is None:
+        part = self._part
+        if part is None:
             raise self._failure or self._not_open()
         image = validate.array("Film.write", "the image", image, "give (H, W, 3) of uint8")
         if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
             raise InputError(f"Film.write: the image has shape {image.shape} of {image.dtype}; give (H, W, 3) of uint8")
         size = validate.size("Film.write", image.shape[1::-1])
-        if self.size not in (None, size):
+        if self.size is not None and self.size != size:
             raise InputError(f"Film.write: the image is {size[0]}x{size[1]}, the film {self.size[0]}x{self.size[1]}")
         self.size = size
         try:
             with self._lock:
                 if self._writer is None:
-                    self._writer = self._format(self._part.path, size, self.fps)
+                    self._writer = self._format(part.path, size, self.fps)
                 self._writer.write(image)
                 self.frames += 1
         except OSError as reason:
             raise self._failed(reason) from None
 
     @interrupts.held()
-    def __exit__(self, kind, error, trace):
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: types.TracebackType | None
+    ) -> None:
         try:
             if error is not None:
                 try:
@@ -128,34 +139,34 @@ class Film(Uncopied):
             elif self._writer is None:
                 raise FilmError(f"{self.path}: no frame was written")
             else:
-                self._finish()
+                self._finish(self._writer, self._part)
         finally:
             self._close()
 
     def _not_open(self):
         return FilmError(f"{self.path}: the film is not open; write inside `with fs.Film(...) as film:`")
 
-    def _finish(self):
+    def _finish(self, writer, part):
         try:
-            self._writer.finish()
-            self._writer.publish(self._part)
+            writer.finish()
+            writer.publish(part)
         except OSError as reason:
             raise self._failed(reason) from None
 
-    @interrupts.held()
-    def _failed(self, reason):
+    def _failed(self, reason) -> FilmError:
         """The error for a write that failed, after which the film is closed."""
-        kept = ""
-        with contextlib.suppress(OSError):
-            kept = self._kept()
-        kept = kept or "nothing is kept"
-        self._failure = FilmError(f"{self.path}: writing failed, {kept}: {reason.strerror or reason}")
-        self._close()
-        return self._failure
+        with interrupts.held():
+            kept = ""
+            with contextlib.suppress(OSError):
+                kept = self._kept()
+            kept = kept or "nothing is kept"
+            self._failure = FilmError(f"{self.path}: writing failed, {kept}: {reason.strerror or reason}")
+            self._close()
+            return self._failure
 
     def _kept(self):
         """Keep the frames so far under a free name; returns the message about them, "" if there are none."""
-        if self._part is None or not self.frames or self.still:
+        if self._part is None or self._writer is None or not self.frames or self.still:
             return ""
         self._writer.finish()
         name = self._writer.keep(self._part)
@@ -170,10 +181,44 @@ class Film(Uncopied):
         self._part = self._writer = None
 
 
+class Writer(Protocol):
+    """Writes the frames of one film into a part of a file, or of a folder: one class a format.
+
+    Made of the part's path, the frames' (width, height) and the frames per second. Whatever fails raises OSError.
+    """
+
+    @staticmethod
+    def check(target: pathlib.Path) -> None:
+        """Raise InputError, before any work, for a path that this format cannot be written to."""
+        ...
+
+    def __init__(self, partial: pathlib.Path, size: tuple[int, int], fps: float): ...
+
+    def write(self, image: np.ndarray) -> None:
+        """Add a frame, (height, width, 3) uint8."""
+        ...
+
+    def finish(self) -> None:
+        """Bring what was written to its end, so that it can be published or kept."""
+        ...
+
+    def publish(self, part: files.Part) -> None:
+        """Let it appear under its name."""
+        ...
+
+    def keep(self, part: files.Part) -> pathlib.Path:
+        """Let it appear under a name that is free; returns which."""
+        ...
+
+    def abandon(self) -> None:
+        """Let go of what is open, finished or not."""
+        ...
+
+
 class _Encoded:
     """Frames piped into ffmpeg."""
 
-    options = ()
+    options: Sequence[str] = ()
     even = False
 
     @staticmethod
@@ -186,7 +231,7 @@ class _Encoded:
         width, height = (n + n % 2 for n in size) if self.even else size
         source = f"-f rawvideo -pix_fmt rgb24 -s {width}x{height} -r {_rate(fps)} -i -".split()
         self.words = tempfile.TemporaryFile()
-        self.process = subprocess.Popen(
+        process = subprocess.Popen(
             # ffmpeg would take what stands before a colon for a protocol.
             [encoder, "-y", "-v", "error", "-nostats", *source, *self.options, f"file:{partial}"],
             stdin=subprocess.PIPE,
@@ -197,19 +242,21 @@ class _Encoded:
             # A file-size limit is then an error that ffmpeg reports, not a silent death.
             restore_signals=False,
         )
+        assert process.stdin is not None  # a pipe was asked for
+        self.process, self.input = process, process.stdin
 
     def write(self, image):
         if self.even:
             image = np.pad(image, ((0, image.shape[0] % 2), (0, image.shape[1] % 2), (0, 0)), mode="edge")
         try:
-            self.process.stdin.write(np.ascontiguousarray(image).data)
+            self.input.write(np.ascontiguousarray(image).data)
         except OSError:
             self.process.wait()
             raise OSError(self._said()) from None
 
     def finish(self):
         try:
-            self.process.stdin.close()
+            self.input.close()
         except OSError:
             self.process.wait()
         if self.process.wait() != 0:
@@ -233,9 +280,9 @@ class _Encoded:
         if self.process.poll() is None:
             self.process.kill()
             self.process.wait()
-        if not self.process.stdin.closed:
+        if not self.input.closed:
             try:
-                self.process.stdin.close()
+                self.input.close()
             except OSError:
                 pass
         self.words.close()
@@ -277,6 +324,7 @@ class _Picture:
 
     check = _Encoded.check
     publish = _Encoded.publish
+    keep = _Encoded.keep
 
     def __init__(self, partial, size, fps):
         self.partial = partial
@@ -382,7 +430,7 @@ def _rate(fps):
     return 1 / fractions.Fraction(1.0 / fps).limit_denominator(1001)
 
 
-def _format_of(path):
+def _format_of(path) -> type[Writer]:
     """The class that writes `path`."""
     target = pathlib.PurePath(path)
     folder = path.endswith(("/", os.sep))

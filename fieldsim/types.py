@@ -28,7 +28,7 @@ VectorLike: TypeAlias = Sequence[RealLike] | np.ndarray
 Quaternion: TypeAlias = tuple[float, float, float, float]
 
 # Numbers that become a float64 array, such as points (N, 3).
-ArrayLike: TypeAlias = npt.ArrayLike
+ArrayLike: TypeAlias = npt.ArrayLike | Sequence[RealLike] | Sequence[VectorLike]
 
 # A colour: a name, "#rrggbb", or linear (r, g, b).
 ColorLike: TypeAlias = str | VectorLike

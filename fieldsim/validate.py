@@ -17,6 +17,7 @@ import traceback
 import numpy as np
 
 from fieldsim.errors import FieldsimError, InputError
+from fieldsim.types import RealLike
 
 _PACKAGE = os.path.dirname(os.path.abspath(__file__)) + os.sep
 
@@ -390,7 +391,7 @@ def _unit(value):
         return None
 
 
-def at_time(owner: str, make, values: dict, time: float):
+def at_time(owner: str, make, values: dict, time: RealLike):
     """`make(**values)`, where what functions of time among `values` give at `time` stands for them.
 
     What they raise, and what `make` refuses of theirs, becomes an InputError naming the time and the user's line.

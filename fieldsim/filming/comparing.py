@@ -90,7 +90,7 @@ class Comparison:
         height, width = self.error.shape
         drawing = plots.figure(size or (3 * width, height + 80))
         panels = drawing.subplots(1, 3)
-        for axes, picture, name in zip(panels, self.pictures, self.solvers, strict=False):
+        for axes, picture, name in zip(panels, self.pictures or (), self.solvers, strict=False):
             axes.imshow(picture)
             axes.set_title(name)
         # Below the rounding of float32 there is nothing to see.
@@ -135,5 +135,6 @@ def _compared(snapshot, camera, solvers, size, device, *, pictures):
         depths.append(renderer.depth_and_normals(snapshot, camera)[0])
         seconds.append(perf_counter() - start)
     radius = min(material.radius for material in snapshot.surface.materials)
-    drawn = tuple(renderer.frame(snapshot, camera) for renderer in renderers) if pictures else None
+    first, second = renderers
+    drawn = (first.frame(snapshot, camera), second.frame(snapshot, camera)) if pictures else None
     return Comparison(solvers, tuple(depths), tuple(seconds), radius, drawn)

@@ -3,11 +3,13 @@
 import dataclasses
 import functools
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import InputError
+from fieldsim.types import RealLike, Timed, VectorLike
 
 TONES = ("clip", "filmic")
 
@@ -34,6 +36,21 @@ class Camera:
     shutter: float = 0.0
     exposure: float = 0.0
     tone: str = "clip"
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            eye: Timed[VectorLike],
+            look_at: Timed[VectorLike] = ...,
+            up: Timed[VectorLike] = ...,
+            fov: Timed[RealLike] = ...,
+            aperture: Timed[RealLike] = ...,
+            focus: Timed[RealLike] | None = ...,
+            shutter: Timed[RealLike] = ...,
+            exposure: Timed[RealLike] = ...,
+            tone: Timed[str] = ...,
+        ) -> None: ...
 
     def __post_init__(self):
         if not self.animated:

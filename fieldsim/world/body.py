@@ -2,6 +2,8 @@
 
 import dataclasses
 import functools
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 from fieldsim import validate
 from fieldsim.errors import InputError
@@ -11,8 +13,9 @@ from fieldsim.potentials.kernels import Kernel
 from fieldsim.potentials.meshes.mesh import TriangleMesh
 from fieldsim.potentials.primitives.base import Primitive
 from fieldsim.potentials.row import STRENGTH
+from fieldsim.types import RealLike, Timed, WholeLike
 from fieldsim.world.material import Material
-from fieldsim.world.motion import IDENTITY, Pose, pose_at
+from fieldsim.world.motion import IDENTITY, Motion, MotionLike, Pose, pose_at
 from fieldsim.world.rigid import Rigid
 
 KERNEL = "give a kernel such as fs.Newtonian(), or None"
@@ -35,8 +38,21 @@ class Body:
     mass: float = 1.0
     G: float = 1.0
     surface: Material | None = None
-    motion: object = IDENTITY
+    motion: Motion = IDENTITY
     name: str = ""
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            skeleton: Primitive | Iterable[Primitive],
+            gravity: Kernel | None = ...,
+            mass: Timed[RealLike] = ...,
+            G: RealLike = ...,
+            surface: Material | None = ...,
+            motion: MotionLike = ...,
+            name: str = ...,
+        ) -> None: ...
 
     def __post_init__(self):
         object.__setattr__(self, "skeleton", skeleton("Body", self.skeleton))
@@ -58,7 +74,7 @@ class Body:
         """What messages call the body."""
         return f"Body {self.name!r}" if self.name else "Body"
 
-    def pose_at(self, time: float) -> Pose:
+    def pose_at(self, time: RealLike) -> Pose:
         """The pose that the body's motion gives at `time`; that of a free body's start."""
         return pose_at(self.motion, time, self.label)
 
@@ -84,24 +100,24 @@ class Body:
             return None
         return spread("Body", self.skeleton, self.mass, self.G, self.gravity)
 
-    def gravity_elements(self, time: float) -> Elements:
+    def gravity_elements(self, time: RealLike) -> Elements:
         """Packed gravity elements at `time`, in the body's frame."""
         time = validate.number(self.label, "time", time)
         return self._pack_gravity(time) if self.deforming else self._fixed_gravity
 
-    def surface_elements(self, time: float) -> Elements:
+    def surface_elements(self, time: RealLike) -> Elements:
         """Packed surface elements at `time`, in the body's frame, scaled so that the surface is F = 1."""
         time = validate.number(self.label, "time", time)
         return self._pack_surface(time) if self.deforming else self._fixed_surface
 
-    def surface_field(self, time: float = 0.0) -> Field:
+    def surface_field(self, time: RealLike = 0.0) -> Field:
         """The field whose level 1 is the body's surface at `time`, in the body's frame."""
         if self.surface is None:
             raise InputError(f"Body {self.name or repr(self.skeleton)}: it has no surface; give it a fs.Material")
         return Field.of_elements(self.surface_elements(time))
 
     def surface_mesh(
-        self, time: float = 0.0, *, resolution: int | None = None, tolerance: float | None = None
+        self, time: RealLike = 0.0, *, resolution: WholeLike | None = None, tolerance: RealLike | None = None
     ) -> TriangleMesh:
         """The surface at `time`, alone and in the body's frame, as a closed `TriangleMesh`; see `Field.mesh`."""
         time = validate.number(self.label, "time", time)

@@ -2,9 +2,11 @@
 
 import dataclasses
 import enum
+from typing import TYPE_CHECKING
 
 from fieldsim import validate
 from fieldsim.errors import InputError
+from fieldsim.types import RealLike
 
 
 class Status(enum.IntEnum):
@@ -30,6 +32,10 @@ class Bounce:
     restitution: float = 0.6
     friction: float = 0.0
     rolling: bool = False
+
+    if TYPE_CHECKING:
+
+        def __init__(self, restitution: RealLike = ..., friction: RealLike = ..., rolling: bool = ...) -> None: ...
 
     def __post_init__(self):
         validate.fields(self, validate.number, "restitution", "friction", at_least=0.0)
@@ -57,6 +63,10 @@ class Repulsion:
 
     stiffness: float
     reach: float = 1.0
+
+    if TYPE_CHECKING:
+
+        def __init__(self, stiffness: RealLike, reach: RealLike = ...) -> None: ...
 
     def __post_init__(self):
         validate.fields(self, validate.number, "stiffness", "reach", above=0.0)

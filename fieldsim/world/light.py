@@ -2,10 +2,12 @@
 
 import dataclasses
 import functools
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fieldsim import validate
+from fieldsim.types import ColorLike, PathLike, RealLike, VectorLike, WholeLike
 from fieldsim.world.color import color_rgb
 from fieldsim.world.pixels import Pixels
 
@@ -21,10 +23,21 @@ class Light:
     soft, from 1 to 16384.
     """
 
-    color: object = "white"
+    color: ColorLike = "white"
     intensity: float = 1.0
     shadows: bool = True
     samples: int = 16
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            color: ColorLike = ...,
+            intensity: RealLike = ...,
+            shadows: bool = ...,
+            samples: WholeLike = ...,
+        ) -> None: ...
 
     def __post_init__(self):
         color_rgb(type(self).__name__, self.color)
@@ -35,7 +48,8 @@ class Light:
     @property
     def rgb(self) -> tuple[float, float, float]:
         """Linear RGB times intensity."""
-        return tuple(self.intensity * c for c in color_rgb(type(self).__name__, self.color))
+        red, green, blue = color_rgb(type(self).__name__, self.color)
+        return self.intensity * red, self.intensity * green, self.intensity * blue
 
 
 @dataclasses.dataclass(frozen=True)
@@ -44,6 +58,19 @@ class PointLight(Light):
 
     position: tuple[float, float, float]
     radius: float = dataclasses.field(default=0.0, kw_only=True)
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            position: VectorLike,
+            *,
+            color: ColorLike = ...,
+            intensity: RealLike = ...,
+            shadows: bool = ...,
+            samples: WholeLike = ...,
+            radius: RealLike = ...,
+        ) -> None: ...
 
     def __post_init__(self):
         super().__post_init__()
@@ -61,6 +88,19 @@ class DirectionalLight(Light):
     direction: tuple[float, float, float]
     angle: float = dataclasses.field(default=0.0, kw_only=True)
 
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            direction: VectorLike,
+            *,
+            color: ColorLike = ...,
+            intensity: RealLike = ...,
+            shadows: bool = ...,
+            samples: WholeLike = ...,
+            angle: RealLike = ...,
+        ) -> None: ...
+
     def __post_init__(self):
         super().__post_init__()
         validate.fields(self, validate.number, "angle", at_least=0.0, below=180.0)
@@ -76,12 +116,24 @@ class Background:
     which it is turned [rad]; intensity: factor on its brightness. The background also tints the ambient light.
     """
 
-    top: object = "#1b2440"
-    bottom: object = "#05060c"
+    top: ColorLike = "#1b2440"
+    bottom: ColorLike = "#05060c"
     stars: float = 0.3
-    image: object = None
+    image: PathLike | np.ndarray | None = None
     turn: float = 0.0
     intensity: float = 1.0
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            top: ColorLike = ...,
+            bottom: ColorLike = ...,
+            stars: RealLike = ...,
+            image: PathLike | np.ndarray | None = ...,
+            turn: RealLike = ...,
+            intensity: RealLike = ...,
+        ) -> None: ...
 
     def __post_init__(self):
         color_rgb("Background", self.top, field="top")
@@ -98,23 +150,24 @@ class Background:
     @property
     def rgb_above(self) -> np.ndarray:
         """Linear colour that comes from above, (3,): of a gradient its top's, of a picture the upper half's mean."""
-        return self.intensity * (self._rgb(self.top) if self.pixels is None else self._half_mean(1.0))
+        return self.intensity * (_rgb(self.top) if self.pixels is None else _half_mean(self.pixels, 1.0))
 
     @property
     def rgb_below(self) -> np.ndarray:
         """Linear colour that comes from below, (3,)."""
-        return self.intensity * (self._rgb(self.bottom) if self.pixels is None else self._half_mean(-1.0))
+        return self.intensity * (_rgb(self.bottom) if self.pixels is None else _half_mean(self.pixels, -1.0))
 
-    @staticmethod
-    def _rgb(color):
-        return np.array(color_rgb("Background", color))
 
-    def _half_mean(self, side):
-        """Mean of a picture's half, as seen from its middle."""
-        rows = self.pixels.linear.mean(axis=1, dtype=float)
-        polar = np.pi * (np.arange(len(rows)) + 0.5) / len(rows)
-        weights = np.where(side * np.cos(polar) > -1e-12, np.sin(polar), 0.0)
-        return (weights @ rows) / weights.sum()
+def _rgb(color):
+    return np.array(color_rgb("Background", color))
+
+
+def _half_mean(pixels, side):
+    """Mean of a picture's half, as seen from its middle."""
+    rows = pixels.linear.mean(axis=1, dtype=float)
+    polar = np.pi * (np.arange(len(rows)) + 0.5) / len(rows)
+    weights = np.where(side * np.cos(polar) > -1e-12, np.sin(polar), 0.0)
+    return (weights @ rows) / weights.sum()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -125,7 +178,11 @@ class Fog:
     """
 
     density: float = 0.1
-    color: object = None
+    color: ColorLike | None = None
+
+    if TYPE_CHECKING:
+
+        def __init__(self, density: RealLike = ..., color: ColorLike | None = ...) -> None: ...
 
     def __post_init__(self):
         validate.fields(self, validate.number, "density", at_least=0.0)

@@ -3,12 +3,15 @@
 import dataclasses
 import difflib
 import functools
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.potentials import calibration
 from fieldsim.potentials.kernels import Gaussian, Kernel
 from fieldsim.potentials.primitives.base import Primitive
+from fieldsim.types import ColorLike, RealLike, Timed
 from fieldsim.world.color import color_rgb
 from fieldsim.world.texture import NAMED, Texture
 
@@ -50,10 +53,10 @@ class Material:
     exponent.
     """
 
-    color: object = "terracotta"
+    color: ColorLike | Texture = "terracotta"
     radius: float = 0.25
     blobbiness: float = -4.0
-    kernel: type = Gaussian
+    kernel: type[Kernel] | Kernel = Gaussian
     threshold: float = 1.0
     ambient: float = 1.0
     diffuse: float = 0.9
@@ -64,6 +67,26 @@ class Material:
     transmission: float = 0.0
     ior: float = 1.5
     visible_to: tuple[str, ...] = RAYS
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            color: Timed[ColorLike | Texture] = ...,
+            radius: Timed[RealLike] = ...,
+            blobbiness: Timed[RealLike] = ...,
+            kernel: type[Kernel] | Kernel = ...,
+            threshold: Timed[RealLike] = ...,
+            ambient: Timed[RealLike] = ...,
+            diffuse: Timed[RealLike] = ...,
+            specular: Timed[RealLike] = ...,
+            shininess: Timed[RealLike] = ...,
+            level: Timed[RealLike] | None = ...,
+            reflection: Timed[RealLike] = ...,
+            transmission: Timed[RealLike] = ...,
+            ior: Timed[RealLike] = ...,
+            visible_to: str | Iterable[str] = ...,
+        ) -> None: ...
 
     def __post_init__(self):
         known = isinstance(self.kernel, type) and issubclass(self.kernel, Kernel) and self.kernel is not Kernel

@@ -4,12 +4,18 @@ import bisect
 import dataclasses
 import itertools
 import math
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar, overload
 
 import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.numerics import quaternion
+from fieldsim.types import ArrayLike, RealLike, VectorLike
+
+# What keyframes give: a Pose, a float or an array.
+Value = TypeVar("Value")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -18,6 +24,10 @@ class Pose:
 
     position: tuple[float, float, float] = (0.0, 0.0, 0.0)
     rotation: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
+
+    if TYPE_CHECKING:
+
+        def __init__(self, position: VectorLike = ..., rotation: VectorLike = ...) -> None: ...
 
     def __post_init__(self):
         owner, remedy = type(self).__name__, "give a unit quaternion (w, x, y, z)"
@@ -31,7 +41,7 @@ class Pose:
         object.__setattr__(self, "rotation", tuple((rotation / np.linalg.norm(rotation)).tolist()))
 
     @classmethod
-    def turned(cls, axis, angle: float, position=(0.0, 0.0, 0.0)) -> "Pose":
+    def turned(cls, axis: VectorLike, angle: RealLike, position: VectorLike = (0.0, 0.0, 0.0)) -> "Pose":
         """The pose after a right-handed turn by `angle` (radians) about `axis` through the body's origin."""
         x, y, z = validate.direction("Pose.turned", "axis", axis)
         angle = validate.number("Pose.turned", "angle", angle)
@@ -44,7 +54,7 @@ class Pose:
         """Rotation matrix R, (3, 3)."""
         return quaternion.matrices(self.rotation)
 
-    def apply(self, points) -> np.ndarray:
+    def apply(self, points: ArrayLike) -> np.ndarray:
         """Points (..., 3) of the body's frame, in the world's."""
         points = validate.numbers("Pose.apply", "points", points)
         if points.ndim == 0 or points.shape[-1] != 3:
@@ -54,7 +64,7 @@ class Pose:
     def __matmul__(self, inner: "Pose") -> "Pose":
         """The pose of what has the pose `inner` in the frame of a body that has this one."""
         validate.instance("Pose", "inner (what stands after @)", inner, Pose, "give a fs.Pose")
-        return Pose(tuple(self.apply(inner.position)), tuple(quaternion.product(self.rotation, inner.rotation)))
+        return Pose(self.apply(inner.position), quaternion.product(self.rotation, inner.rotation))
 
     @property
     def is_identity(self) -> bool:
@@ -63,6 +73,11 @@ class Pose:
 
 
 IDENTITY = Pose()
+
+# How things move: a pose, or a function of time that gives a pose or a position, such as a Spin or Keyframes; a
+# position alone may be given, too.
+Motion: TypeAlias = Pose | Callable[[float], Pose | VectorLike]
+MotionLike: TypeAlias = Motion | VectorLike
 
 
 # Two directions, places or rates that differ by this share of their size are one: by rounding.
@@ -81,17 +96,27 @@ class Spin:
     phase: float = 0.0
     center: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            axis: VectorLike = ...,
+            rate: RealLike = ...,
+            phase: RealLike = ...,
+            center: VectorLike = ...,
+        ) -> None: ...
+
     def __post_init__(self):
         validate.fields(self, validate.direction, "axis")
         validate.fields(self, validate.near_vector, "center")
         validate.fields(self, validate.number, "rate", "phase")
 
-    def __call__(self, time: float) -> Pose:
+    def __call__(self, time: RealLike) -> Pose:
         """The pose at `time`."""
         time = validate.number("Spin", "time", time)
         turned = Pose.turned(self.axis, self.phase + self.rate * time)
         center = np.asarray(self.center)
-        return Pose(tuple(center - turned.matrix @ center), turned.rotation)
+        return Pose(center - turned.matrix @ center, turned.rotation)
 
     def same_line(self, other: "Spin") -> bool:
         """Whether both turn about one line, in either sense, to rounding."""
@@ -110,7 +135,7 @@ class Spin:
         return self.same_line(other) and abs(self.rate - rate) <= SAME * abs(rate)
 
 
-class Keyframes:
+class Keyframes(Generic[Value]):
     """A function of time through given values: numbers, vectors or arrays of any one shape, or poses.
 
     times: increasing, at least one; values: one per time. interpolation: "cubic" (Catmull-Rom with the true time steps:
@@ -119,14 +144,43 @@ class Keyframes:
     Between two poses the body turns the shorter way round; give a key at least every half turn.
     """
 
-    def __init__(self, times, values, *, interpolation: str = "cubic", loop: bool = False):
+    @overload
+    def __init__(
+        self: "Keyframes[Pose]", times: ArrayLike, values: Sequence[Pose], *, interpolation: str = ..., loop: bool = ...
+    ): ...
+    @overload
+    def __init__(
+        self: "Keyframes[float]",
+        times: ArrayLike,
+        values: Sequence[RealLike],
+        *,
+        interpolation: str = ...,
+        loop: bool = ...,
+    ): ...
+    @overload
+    def __init__(
+        self: "Keyframes[np.ndarray]",
+        times: ArrayLike,
+        values: ArrayLike,
+        *,
+        interpolation: str = ...,
+        loop: bool = ...,
+    ): ...
+    def __init__(
+        self: "Keyframes[Any]",
+        times: ArrayLike,
+        values: ArrayLike | Sequence[Pose],
+        *,
+        interpolation: str = "cubic",
+        loop: bool = False,
+    ):
         remedy = "give a list of times that increase"
         self.times = validate.numbers("Keyframes", "times", times, shape=(None,), remedy=remedy).tolist()
         self.interpolation = validate.choice("Keyframes", "interpolation", interpolation, ("cubic", "linear", "step"))
         self.loop = validate.flag("Keyframes", "loop", loop)
-        values, self.rotations = _split_poses(values)
+        places, self.rotations = _split_poses(values)
         remedy = "give one number, vector or pose per time, all of one shape"
-        self.values = validate.numbers("Keyframes", "values", values, remedy=remedy)
+        self.values = validate.numbers("Keyframes", "values", places, remedy=remedy)
         if not self.times or self.values.ndim == 0 or len(self.times) != len(self.values):
             count = len(self.values) if self.values.ndim else 0
             raise InputError(f"Keyframes: {len(self.times)} times for {count} values; give one value per time")
@@ -135,13 +189,15 @@ class Keyframes:
         if self.rotations is not None:
             self._turns = [_turn(p, q) for p, q in itertools.pairwise(self.rotations)]
 
-    def __call__(self, time: float) -> float | np.ndarray | Pose:
+    def __call__(self, time: RealLike) -> Value:
         """The value at `time`: a float, an array of the keys' shape, or a Pose."""
         k, u, step = self._span(validate.number("Keyframes", "time", time))
         result = self._value(k, u, step)
         if self.rotations is not None:
-            return Pose(result, self._rotation(k, u, step))
-        return float(result) if result.ndim == 0 else result
+            result = Pose(result, self._rotation(self.rotations, k, u, step))
+        elif result.ndim == 0:
+            result = float(result)
+        return result
 
     def _span(self, time):
         """The key before `time`, the fraction u of the span to the next one, and that span's length."""
@@ -169,9 +225,9 @@ class Keyframes:
             + u * u * (u - 1) * step * slopes[1]
         )
 
-    def _rotation(self, k, u, step):
+    def _rotation(self, rotations, k, u, step):
         """The cubic Bezier curve in its cumulative form, with rotations for sums (Kim, Kim & Shin 1995)."""
-        start = self.rotations[k]
+        start = rotations[k]
         if u == 0.0 or self.interpolation == "step":
             return start
         turn = self._turns[k]
@@ -213,7 +269,7 @@ def _turn(p, q):
     return quaternion.logarithm(quaternion.product(quaternion.inverse(p), q))
 
 
-def pose_at(motion, time: float, owner: str = "Body") -> Pose:
+def pose_at(motion: MotionLike, time: RealLike, owner: str = "Body") -> Pose:
     """The pose that a motion (a Pose, or a function of time giving a Pose or a position) gives at `time`.
 
     Raises InputError in the name of `owner` where it fails or gives something else.
@@ -233,7 +289,7 @@ def pose_at(motion, time: float, owner: str = "Body") -> Pose:
 MOST_FRAMES = 1_000_000
 
 
-def timeline(seconds: float, fps: float = 30.0) -> list[float]:
+def timeline(seconds: RealLike, fps: RealLike = 30.0) -> list[float]:
     """The times of a film's frames, 0, 1/fps, ...: round(seconds * fps) of them, at least one, at most a million."""
     seconds = validate.number("timeline", "seconds", seconds, above=0.0)
     fps = validate.number("timeline", "fps", fps, above=0.0)

@@ -1,6 +1,7 @@
 """Sets of particles: where they start, and what happens to them at surfaces."""
 
 import dataclasses
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -8,6 +9,7 @@ from fieldsim import validate
 from fieldsim.arrays import kept
 from fieldsim.errors import InputError
 from fieldsim.potentials.kernels import Kernel
+from fieldsim.types import ArrayLike, ColorLike, RealLike
 from fieldsim.world.body import KERNEL
 from fieldsim.world.color import color_rgb
 from fieldsim.world.contact import LAWS, Absorb, Bounce, Repulsion
@@ -29,11 +31,26 @@ class Particles:
     velocities: np.ndarray
     radius: float = 0.02
     contact: Bounce | Absorb | Repulsion | None = None
-    color: object = "bone"
+    color: ColorLike = "bone"
     name: str = ""
     gravity: Kernel | None = None
     mass: float = 1.0
     G: float = 1.0
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            positions: ArrayLike,
+            velocities: ArrayLike,
+            radius: RealLike = ...,
+            contact: Bounce | Absorb | Repulsion | None = ...,
+            color: ColorLike = ...,
+            name: str = ...,
+            gravity: Kernel | None = ...,
+            mass: RealLike = ...,
+            G: RealLike = ...,
+        ) -> None: ...
 
     def __post_init__(self):
         positions, velocities = (

@@ -116,7 +116,7 @@ def _check(picture):
 def _decoded(picture):
     """The array of a picture, upright: grey or RGB."""
     picture.load()
-    turn = _TURNS.get(_orientation(picture))
+    turn = _TURNS.get(_orientation(picture) or 0)
     if turn is not None:
         picture = picture.transpose(turn)
     if picture.mode == "F" or picture.mode.startswith("I;16"):

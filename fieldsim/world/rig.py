@@ -2,11 +2,14 @@
 
 import dataclasses
 import functools
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.potentials.primitives.base import Primitive
-from fieldsim.world.motion import IDENTITY, Pose, pose_at
+from fieldsim.types import RealLike
+from fieldsim.world.motion import IDENTITY, Motion, MotionLike, Pose, pose_at
 
 
 @dataclasses.dataclass(frozen=True)
@@ -20,7 +23,17 @@ class Bone:
     name: str
     parent: str | None = None
     joint: Pose = IDENTITY
-    motion: object = IDENTITY
+    motion: Motion = IDENTITY
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            name: str,
+            parent: str | None = ...,
+            joint: Pose = ...,
+            motion: MotionLike = ...,
+        ) -> None: ...
 
     def __post_init__(self):
         validate.fields(self, validate.text, "name")
@@ -39,7 +52,7 @@ class Rig:
     Raises InputError for a bone whose name is taken, or whose parent does not come before it.
     """
 
-    def __init__(self, bones):
+    def __init__(self, bones: Iterable[Bone]):
         self.bones: dict[str, Bone] = {}
         for bone in validate.instances("Rig", "bones", bones, Bone, "give fs.Bone(name, parent, joint, motion)"):
             if bone.name in self.bones:
@@ -47,12 +60,13 @@ class Rig:
             if bone.parent is not None and bone.parent not in self.bones:
                 raise InputError(f"Rig: bone {bone.name!r} hangs on {bone.parent!r}, which is {self._missing()}")
             self.bones[bone.name] = bone
-        self._time, self._poses = None, {}
+        self._time: float | None = None
+        self._poses: dict[str, Pose] = {}
 
     def _missing(self):
         return "not among the bones before it: " + (", ".join(self.bones) or "there are none")
 
-    def pose(self, name: str, time: float) -> Pose:
+    def pose(self, name: str, time: RealLike) -> Pose:
         """The pose of a bone's frame in the body's frame at `time`."""
         time = validate.number("Rig.pose", "time", time)
         if not isinstance(name, str) or name not in self.bones:

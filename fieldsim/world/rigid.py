@@ -3,11 +3,13 @@
 import dataclasses
 import math
 import warnings
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import FieldsimWarning, InputError
+from fieldsim.types import ArrayLike, RealLike, Vector, VectorLike
 from fieldsim.world.motion import Pose
 
 INERTIAS = ("skeleton", "solid")
@@ -37,10 +39,24 @@ class Rigid(Pose):
 
     velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
     angular_velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    inertia: object = "skeleton"
+    inertia: str | tuple[Vector, Vector, Vector] = "skeleton"
     mass: float | None = None
     center: tuple[float, float, float] | None = None
     stiffness: float | None = None
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            position: VectorLike = ...,
+            rotation: VectorLike = ...,
+            velocity: VectorLike = ...,
+            angular_velocity: VectorLike = ...,
+            inertia: str | ArrayLike = ...,
+            mass: RealLike | None = ...,
+            center: VectorLike | None = ...,
+            stiffness: RealLike | None = ...,
+        ) -> None: ...
 
     def __post_init__(self):
         given = self.rotation

@@ -7,6 +7,7 @@ import dataclasses
 import functools
 import math
 import typing
+from collections.abc import Callable, Iterable
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.numerics import quaternion
 from fieldsim.potentials.meshes.mesh import TriangleMesh
+from fieldsim.types import ArrayLike, ColorLike, RealLike, VectorLike
 from fieldsim.world.color import color_rgb
 from fieldsim.world.material import Material
 from fieldsim.world.motion import IDENTITY, Pose, pose_at
@@ -62,7 +64,7 @@ class Shape:
     @property
     def frame(self) -> tuple[np.ndarray, np.ndarray]:
         """Origin (3,) and axes (3, 3), in columns, of the frame that `sizes` refer to."""
-        return np.asarray(self.center), np.eye(3)
+        raise NotImplementedError
 
     def _check(self, name, check, **limits):
         """Check a field in place."""
@@ -76,6 +78,10 @@ class Ball(Shape):
     center: tuple[float, float, float] = (0.0, 0.0, 0.0)
     radius: float = 1.0
 
+    if typing.TYPE_CHECKING:
+
+        def __init__(self, center: VectorLike = ..., radius: RealLike = ...) -> None: ...
+
     kind = BALL
 
     def __post_init__(self):
@@ -83,9 +89,14 @@ class Ball(Shape):
         self._check("radius", validate.number, above=0.0)
 
     @property
-    def sizes(self):
+    def sizes(self) -> tuple[float, ...]:
         """The radius."""
         return (self.radius,)
+
+    @property
+    def frame(self) -> tuple[np.ndarray, np.ndarray]:
+        """The centre; axes as they are."""
+        return np.asarray(self.center), np.eye(3)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -95,6 +106,10 @@ class Ellipsoid(Shape):
     radii: tuple[float, float, float]
     center: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
+    if typing.TYPE_CHECKING:
+
+        def __init__(self, radii: VectorLike, center: VectorLike = ...) -> None: ...
+
     kind = ELLIPSOID
 
     def __post_init__(self):
@@ -102,9 +117,14 @@ class Ellipsoid(Shape):
         self._check("radii", _lengths)
 
     @property
-    def sizes(self):
+    def sizes(self) -> tuple[float, ...]:
         """The semi-axes."""
         return self.radii
+
+    @property
+    def frame(self) -> tuple[np.ndarray, np.ndarray]:
+        """The centre; axes as they are."""
+        return np.asarray(self.center), np.eye(3)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -114,6 +134,10 @@ class Box(Shape):
     size: tuple[float, float, float]
     center: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
+    if typing.TYPE_CHECKING:
+
+        def __init__(self, size: VectorLike, center: VectorLike = ...) -> None: ...
+
     kind = BOX
 
     def __post_init__(self):
@@ -121,9 +145,14 @@ class Box(Shape):
         self._check("size", _lengths)
 
     @property
-    def sizes(self):
+    def sizes(self) -> tuple[float, ...]:
         """Half the edges."""
         return tuple(0.5 * length for length in self.size)
+
+    @property
+    def frame(self) -> tuple[np.ndarray, np.ndarray]:
+        """The centre; axes as they are."""
+        return np.asarray(self.center), np.eye(3)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -133,6 +162,10 @@ class Cylinder(Shape):
     start: tuple[float, float, float]
     end: tuple[float, float, float]
     radius: float = 1.0
+
+    if typing.TYPE_CHECKING:
+
+        def __init__(self, start: VectorLike, end: VectorLike, radius: RealLike = ...) -> None: ...
 
     kind = CYLINDER
 
@@ -145,12 +178,12 @@ class Cylinder(Shape):
             raise InputError(f"{name}: start and end are both {self.start}; give two different points, or use Ball")
 
     @property
-    def sizes(self):
+    def sizes(self) -> tuple[float, ...]:
         """Radius and half the length."""
         return self.radius, 0.5 * math.dist(self.start, self.end)
 
     @property
-    def frame(self):
+    def frame(self) -> tuple[np.ndarray, np.ndarray]:
         """The middle, and axes with z from start to end."""
         return 0.5 * np.add(self.start, self.end), frame_along(_unit(np.subtract(self.end, self.start)))
 
@@ -158,6 +191,10 @@ class Cylinder(Shape):
 @dataclasses.dataclass(frozen=True)
 class Capsule(Cylinder):
     """A cylinder with a half ball on each end. start, end: the centres of the half balls."""
+
+    if typing.TYPE_CHECKING:
+
+        def __init__(self, start: VectorLike, end: VectorLike, radius: RealLike = ...) -> None: ...
 
     kind = CAPSULE
 
@@ -170,11 +207,22 @@ class Ground(Shape):
     the point, None for a plane without end. checker: a second colour, in squares of side `tile` (None: plain).
     """
 
-    point: tuple[float, float, float] | float = 0.0
+    point: tuple[float, float, float] = (0.0, 0.0, 0.0)
     normal: tuple[float, float, float] = (0.0, 0.0, 1.0)
-    checker: object = None
+    checker: ColorLike | None = None
     tile: float = 1.0
     extent: tuple[float, float] | None = None
+
+    if typing.TYPE_CHECKING:
+
+        def __init__(
+            self,
+            point: VectorLike | RealLike = ...,
+            normal: VectorLike = ...,
+            checker: ColorLike | None = ...,
+            tile: RealLike = ...,
+            extent: VectorLike | None = ...,
+        ) -> None: ...
 
     kind = SLAB
 
@@ -193,12 +241,12 @@ class Ground(Shape):
             object.__setattr__(self, "extent", _lengths("Ground", "extent", (*extent, 1.0))[:2])
 
     @property
-    def sizes(self):
+    def sizes(self) -> tuple[float, ...]:
         """No thickness; the extent; the tile."""
         return 0.0, *(self.extent or (0.0, 0.0)), 0.0 if self.checker is None else self.tile
 
     @property
-    def frame(self):
+    def frame(self) -> tuple[np.ndarray, np.ndarray]:
         """The point, and axes with z along the normal; a plane that lies flat keeps x and y."""
         return np.asarray(self.point), frame_along(np.asarray(self.normal))
 
@@ -209,6 +257,10 @@ class TriangleSurface(Shape):
 
     mesh: TriangleMesh
     smooth: bool = False
+
+    if typing.TYPE_CHECKING:
+
+        def __init__(self, mesh: TriangleMesh, smooth: bool = ...) -> None: ...
 
     kind = MESH
 
@@ -226,12 +278,12 @@ class TriangleSurface(Shape):
         return 0.5 * (low + high), 0.5 * (high - low)
 
     @property
-    def sizes(self):
+    def sizes(self) -> tuple[float, ...]:
         """The unit of length."""
         return (float(np.max(self.box[1])),)
 
     @property
-    def frame(self):
+    def frame(self) -> tuple[np.ndarray, np.ndarray]:
         """The middle; axes as they are."""
         return self.box[0], np.eye(3)
 
@@ -303,6 +355,12 @@ def joined(parts) -> Solids:
     )
 
 
+# How a group of shapes moves: as `Motion`, or a function of time that gives a pair of positions and rotations.
+Poses: typing.TypeAlias = tuple[ArrayLike, ArrayLike]
+GroupMotion: typing.TypeAlias = Pose | Poses | Callable[[float], Pose | VectorLike | Poses]
+GroupMotionLike: typing.TypeAlias = GroupMotion | VectorLike
+
+
 @dataclasses.dataclass(frozen=True, eq=False)
 class ShapeGroup:
     """Hard objects that share a motion.
@@ -315,8 +373,18 @@ class ShapeGroup:
 
     shapes: tuple[Shape, ...]
     materials: tuple[Material, ...] = (PLAIN,)
-    motion: object = IDENTITY
+    motion: GroupMotion = IDENTITY
     name: str = ""
+
+    if typing.TYPE_CHECKING:
+
+        def __init__(
+            self,
+            shapes: Shape | Iterable[Shape],
+            materials: Material | Iterable[Material] = ...,
+            motion: GroupMotionLike = ...,
+            name: str = ...,
+        ) -> None: ...
 
     def __post_init__(self):
         for name, kind in (("shapes", Shape), ("materials", Material)):
@@ -335,7 +403,7 @@ class ShapeGroup:
             )
         self.poses_at(0.0)
 
-    def poses_at(self, time: float) -> tuple[np.ndarray, np.ndarray]:
+    def poses_at(self, time: RealLike) -> tuple[np.ndarray, np.ndarray]:
         """Positions (N, 3) and rotations (N, 3, 3) of the shapes at `time`."""
         count = len(self.shapes)
 
@@ -347,7 +415,7 @@ class ShapeGroup:
 
         return validate.at_time("World.add_shape", poses, {"motion": self.motion}, time)
 
-    def solids(self, time: float) -> Solids:
+    def solids(self, time: RealLike) -> Solids:
         """The shapes in their own frames, with their materials at `time`."""
         time = validate.number("ShapeGroup", "time", time)
         return dataclasses.replace(self._fixed, materials=tuple(material.at(time) for material in self.materials))

@@ -7,10 +7,13 @@ field (Sherstyuk 1999, 4.2.5): there are no seams.
 
 import dataclasses
 import functools
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import InputError
+from fieldsim.types import ColorLike, PathLike, RealLike, Vector, VectorLike, WholeLike
 from fieldsim.world.color import color_rgb
 from fieldsim.world.pixels import Pixels
 
@@ -22,7 +25,7 @@ class Texture:
     kind: ClassVar[int]
 
     @property
-    def rgb(self) -> tuple[float, float, float]:
+    def rgb(self) -> Vector:
         """One linear colour that stands for it."""
         raise NotImplementedError
 
@@ -36,9 +39,13 @@ class Texture:
 class SolidTexture(Texture):
     """From `color` to `other` (see `color_rgb`), with features of the size `scale`, in the body's units."""
 
-    color: object = "bone"
-    other: object = "ink"
+    color: ColorLike = "bone"
+    other: ColorLike = "ink"
     scale: float = 0.2
+
+    if TYPE_CHECKING:
+
+        def __init__(self, color: ColorLike = ..., other: ColorLike = ..., scale: RealLike = ...) -> None: ...
 
     def __post_init__(self):
         name = type(self).__name__
@@ -51,12 +58,12 @@ class SolidTexture(Texture):
             validate.fields(self, validate.whole, "seed")
 
     @property
-    def rgb(self):
+    def rgb(self) -> Vector:
         """Its first colour."""
         return color_rgb(type(self).__name__, self.color)
 
     @property
-    def row(self):
+    def row(self) -> tuple[float, ...]:
         """Kind, linear rgb of `other`, scale, turbulence, seed."""
         return (
             float(self.kind),
@@ -71,6 +78,10 @@ class SolidTexture(Texture):
 class Checker(SolidTexture):
     """Cubes of the two colours in turn, `scale` across."""
 
+    if TYPE_CHECKING:
+
+        def __init__(self, color: ColorLike = ..., other: ColorLike = ..., scale: RealLike = ...) -> None: ...
+
     kind = 1
 
 
@@ -79,6 +90,16 @@ class Clouds(SolidTexture):
     """Four octaves of noise, the largest `scale` across."""
 
     seed: int = 0
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            color: ColorLike = ...,
+            other: ColorLike = ...,
+            scale: RealLike = ...,
+            seed: WholeLike = ...,
+        ) -> None: ...
 
     kind = 2
 
@@ -90,6 +111,17 @@ class Marble(SolidTexture):
     turbulence: float = 1.0
     seed: int = 0
 
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            color: ColorLike = ...,
+            other: ColorLike = ...,
+            scale: RealLike = ...,
+            turbulence: RealLike = ...,
+            seed: WholeLike = ...,
+        ) -> None: ...
+
     kind = 3
 
 
@@ -99,6 +131,17 @@ class Wood(SolidTexture):
 
     turbulence: float = 0.3
     seed: int = 0
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            color: ColorLike = ...,
+            other: ColorLike = ...,
+            scale: RealLike = ...,
+            turbulence: RealLike = ...,
+            seed: WholeLike = ...,
+        ) -> None: ...
 
     kind = 4
 
@@ -129,8 +172,12 @@ class ImageTexture(Texture):
     All this is in the frame of the body, which carries its texture along.
     """
 
-    image: object
+    image: PathLike | np.ndarray
     repeat: tuple[float, float] = (1.0, 1.0)
+
+    if TYPE_CHECKING:
+
+        def __init__(self, image: PathLike | np.ndarray, repeat: VectorLike = ...) -> None: ...
 
     kind = 5
 
@@ -148,12 +195,12 @@ class ImageTexture(Texture):
         return Pixels("ImageTexture", self.image)
 
     @property
-    def rgb(self):
+    def rgb(self) -> Vector:
         """Its mean colour."""
         return self.pixels.mean
 
     @property
-    def row(self):
+    def row(self) -> tuple[float, ...]:
         """Kind; number of its first texel, which is known when it is on a device; width, height, repeat."""
         height, width = self.pixels.linear.shape[:2]
         return float(self.kind), 0.0, float(width), float(height), *self.repeat, 0.0

@@ -3,6 +3,7 @@
 import dataclasses
 import math
 import warnings
+from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
@@ -14,6 +15,7 @@ from fieldsim.mujoco import checks
 from fieldsim.mujoco.contact.potential import WIDTH
 from fieldsim.mujoco.models import label, listed, named
 from fieldsim.mujoco.points import frame_of, mesh_of
+from fieldsim.types import RealLike
 
 Kind = mujoco.mjtGeom
 # Distance at most of a geom's points and balls, in radii of the thinnest surface; how many spaces there are along a
@@ -40,6 +42,16 @@ class Contact:
     depth: float = 0.02
     damping: float = 0.0
     friction: float = 0.0
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            speed: RealLike,
+            depth: RealLike = ...,
+            damping: RealLike = ...,
+            friction: RealLike = ...,
+        ) -> None: ...
 
     def __post_init__(self):
         for name in ("speed", "depth"):

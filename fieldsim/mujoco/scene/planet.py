@@ -80,7 +80,7 @@ def planet_geom(
     friction = _friction(friction)
     mesh = _centered_between(body, time, body.surface_mesh(time, resolution=resolution, tolerance=tolerance))
     asset = (
-        f'<material name="{name}" {_look(body.surface.at(time))}/>\n'
+        f'<material name="{name}" {_look(_surface(body, time))}/>\n'
         f'<mesh name="{name}" vertex="{_words(mesh.vertices)}" face="{" ".join(map(str, mesh.faces.ravel()))}"/>'
     )
     geom = f'<geom name="{name}" type="{kind}" mesh="{name}" material="{name}" friction="{friction}"/>'
@@ -124,6 +124,12 @@ def _centered_between(body, time, mesh):
     _, slope = field.value_and_gradient(mesh.vertices)
     outward = -slope / np.linalg.norm(slope, axis=1)[:, None]
     return TriangleMesh(mesh.vertices + MEAN_OF_MIDDLE * inside * outward, mesh.faces)
+
+
+def _surface(body, time):
+    """The material of the body's surface, which has just been meshed."""
+    assert body.surface is not None
+    return body.surface.at(time)
 
 
 def _look(material):

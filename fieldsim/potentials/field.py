@@ -3,6 +3,8 @@
 import dataclasses
 import functools
 import numbers
+from collections.abc import Iterable, Sequence
+from typing import Any, overload
 
 import numpy as np
 import warp as wp
@@ -15,6 +17,7 @@ from fieldsim.potentials.kernels import Kernel, Newtonian
 from fieldsim.potentials.meshes.mesh import TriangleMesh
 from fieldsim.potentials.primitives.base import Primitive
 from fieldsim.potentials.row import KERNEL_WIDTH, STRENGTH
+from fieldsim.types import ArrayLike, RealLike, T, Timed, Vector, WholeLike
 
 # Beyond, squares of distances are of no use.
 FARTHEST = 1e100
@@ -41,7 +44,12 @@ class Field:
     # NumPy scalars leave `scalar * field` to the field.
     __array_ufunc__ = None
 
-    def __init__(self, primitives, kernel: Kernel, strength=1.0):
+    def __init__(
+        self,
+        primitives: Primitive | Iterable[Primitive],
+        kernel: Kernel,
+        strength: Timed[RealLike] | Sequence[Timed[RealLike]] | np.ndarray = 1.0,
+    ):
         primitives = skeleton("Field", primitives)
         validate.instance("Field", "kernel", kernel, Kernel, "give one such as fs.Gaussian(a=2.0)")
         self.terms = tuple(
@@ -49,7 +57,7 @@ class Field:
         )
 
     @classmethod
-    def of_terms(cls, terms, packed=()) -> "Field":
+    def of_terms(cls, terms: Iterable["Term"], packed: Iterable[Elements] = ()) -> "Field":
         """A field of given terms and packed elements."""
         field = cls.__new__(cls)
         field.terms = validate.instances("Field.of_terms", "terms", terms, Term, "give those of other fields")
@@ -68,7 +76,7 @@ class Field:
         """Whether any part is a function of time."""
         return any(term.animated for term in self.terms)
 
-    def at(self, time: float) -> "Field":
+    def at(self, time: RealLike) -> "Field":
         """The field at `time`, with nothing left to animate; itself where nothing is."""
         time = validate.number("Field", "time", time)
         if not self.animated:
@@ -89,23 +97,46 @@ class Field:
         own = pack([t.primitive for t in self.terms], [t.kernel for t in self.terms], [t.strength for t in self.terms])
         return concatenate([own, *self.packed]).grouped()[0] if self.packed else own
 
-    def value(self, points) -> float | np.ndarray | wp.array:
+    # A single point gives a float; whether an array is one, types do not tell.
+    @overload
+    def value(self, points: wp.array) -> wp.array: ...
+    @overload
+    def value(self, points: Vector) -> float: ...
+    @overload
+    def value(self, points: ArrayLike) -> Any: ...
+    def value(self, points: ArrayLike | wp.array) -> Any:
         """F at `points`: (N, 3) -> (N,); (3,) -> float. Cheaper than with the gradient."""
         return self._evaluate(points, 0)[0]
 
-    def gradient(self, points) -> np.ndarray | wp.array:
+    @overload
+    def gradient(self, points: wp.array) -> wp.array: ...
+    @overload
+    def gradient(self, points: ArrayLike) -> np.ndarray: ...
+    def gradient(self, points: ArrayLike | wp.array) -> np.ndarray | wp.array:
         """The gradient of F: (N, 3) -> (N, 3); (3,) -> (3,)."""
         return self._evaluate(points, 1)[1]
 
-    def hessian(self, points) -> np.ndarray | wp.array:
+    @overload
+    def hessian(self, points: wp.array) -> wp.array: ...
+    @overload
+    def hessian(self, points: ArrayLike) -> np.ndarray: ...
+    def hessian(self, points: ArrayLike | wp.array) -> np.ndarray | wp.array:
         """The matrix of second derivatives of F: (N, 3) -> (N, 3, 3), symmetric; (3,) -> (3, 3)."""
         return self._evaluate(points, 2)[2]
 
-    def value_and_gradient(self, points) -> tuple:
+    @overload
+    def value_and_gradient(self, points: wp.array) -> tuple[wp.array, wp.array]: ...
+    @overload
+    def value_and_gradient(self, points: Vector) -> tuple[float, np.ndarray]: ...
+    @overload
+    def value_and_gradient(self, points: ArrayLike) -> tuple[Any, np.ndarray]: ...
+    def value_and_gradient(self, points: ArrayLike | wp.array) -> tuple[Any, Any]:
         """F and its gradient in one evaluation."""
         return self._evaluate(points, 1)
 
-    def mesh(self, level: float, *, resolution: int | None = None, tolerance: float | None = None) -> TriangleMesh:
+    def mesh(
+        self, level: RealLike, *, resolution: WholeLike | None = None, tolerance: RealLike | None = None
+    ) -> TriangleMesh:
         """The surface F = level as a closed `TriangleMesh`, its vertices on the true surface.
 
         resolution: grid cells along its longest side, default 64; or tolerance: greatest distance of the mesh from
@@ -182,15 +213,16 @@ class Field:
         return {}
 
     def __add__(self, other: "Field") -> "Field":
-        _refuse_operand("the other summand", other, Field, "another fs.Field")
+        other = _operand("the other summand", other, Field, "another fs.Field")
         return Field.of_terms(self.terms + other.terms, self.packed + other.packed)
 
-    def __radd__(self, other) -> "Field":
+    def __radd__(self, other: "int | Field") -> "Field":
         # sum() starts at 0.
-        return self if isinstance(other, int) and other == 0 else self + other
+        zero = isinstance(other, int) and other == 0
+        return self if zero else self + _operand("the other summand", other, Field, "another fs.Field")
 
-    def __mul__(self, factor: float) -> "Field":
-        _refuse_operand("factor", factor, numbers.Real, "a number")
+    def __mul__(self, factor: RealLike) -> "Field":
+        _operand("factor", factor, numbers.Real, "a number")
         factor = validate.number("Field", "factor", factor)
         with np.errstate(over="ignore"):
             scaled = Field.of_terms(
@@ -208,11 +240,10 @@ class Field:
         return -1.0 * self
 
     def __sub__(self, other: "Field") -> "Field":
-        _refuse_operand("the other", other, Field, "another fs.Field")
-        return self + -other
+        return self + -_operand("the other", other, Field, "another fs.Field")
 
-    def __rsub__(self, other) -> "Field":
-        return -self + other
+    def __rsub__(self, other: "int | Field") -> "Field":
+        return -self + _operand("the other summand", other, Field, "another fs.Field")
 
     def __repr__(self):
         return f"<Field of {len(self.terms) + sum(map(len, self.packed))} elements>"
@@ -222,9 +253,11 @@ class Field:
         return {"terms": self.terms, "packed": self.packed}
 
 
-def _refuse_operand(name, operand, kind, wanted):
+def _operand(name, operand: object, kind: type[T], wanted) -> T:
+    """`operand`, of that kind."""
     if not isinstance(operand, kind):
         raise OperandError(f"Field: {name} is {validate.shown(operand)}; give {wanted}")
+    return operand
 
 
 @dataclasses.dataclass(frozen=True)
@@ -233,7 +266,7 @@ class Term:
 
     primitive: Primitive
     kernel: Kernel
-    strength: object = 1.0
+    strength: Timed[float] = 1.0
 
     @property
     def animated(self) -> bool:
@@ -262,7 +295,7 @@ class _SpreadMass:
 
     owner: str
     primitives: tuple[Primitive, ...]
-    mass: object
+    mass: Timed[RealLike]
     G: float
 
     # The last time and the strength then.
@@ -280,7 +313,13 @@ class _SpreadMass:
         return strength
 
 
-def gravity(primitives, mass, *, G=1.0, kernel: Kernel | None = None) -> Field:
+def gravity(
+    primitives: Primitive | Iterable[Primitive],
+    mass: Timed[RealLike],
+    *,
+    G: RealLike = 1.0,
+    kernel: Kernel | None = None,
+) -> Field:
     """The field whose gradient is the acceleration towards a skeleton of the given mass.
 
     The mass is spread evenly over the skeleton's total measure (arc length, area; points count 1 each):
@@ -326,7 +365,7 @@ def _refuse_mixed_dimensions(owner, primitives):
         )
 
 
-def skeleton(owner: str, primitives) -> tuple[Primitive, ...]:
+def skeleton(owner: str, primitives: Primitive | Iterable[Primitive]) -> tuple[Primitive, ...]:
     """One primitive or a sequence of them, as a tuple; raises InputError for anything else."""
     if isinstance(primitives, Primitive):
         return (primitives,)

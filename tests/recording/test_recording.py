@@ -2,6 +2,7 @@
 
 import signal
 import threading
+import zipfile
 
 import numpy as np
 import pytest
@@ -103,10 +104,10 @@ def test_a_snapshot_that_is_interrupted_is_left_out(tmp_path, monkeypatch, at):
 
 def test_an_interrupt_at_the_very_end_comes_after_it(tmp_path, monkeypatch):
     recording = fs.Recording(tmp_path / "run.npz")
-    with pytest.raises(KeyboardInterrupt), recording:  # noqa: PT012
+    close = zipfile.ZipFile.close
+    with pytest.raises(KeyboardInterrupt), monkeypatch.context() as patch, recording:  # noqa: PT012
         recording.add(scenario().world.at(0.0))
-        close = recording._file.close
-        monkeypatch.setattr(recording._file, "close", lambda: (signal.raise_signal(signal.SIGINT), close()))
+        patch.setattr(zipfile.ZipFile, "close", lambda file: (signal.raise_signal(signal.SIGINT), close(file)))
     assert len(fs.Recorded(tmp_path / "run.npz")) == 1
 
 

@@ -12,7 +12,7 @@ from fieldsim.dynamics.refusals import refuse
 from fieldsim.errors import InputError
 from fieldsim.mujoco.callback.field_callbacks import LENGTHS, sum_of
 from fieldsim.numerics import quaternion
-from fieldsim.potentials.elements import concatenate, place
+from fieldsim.potentials.elements import Elements, concatenate, place
 from fieldsim.potentials.field import Field
 from fieldsim.world.body import Body
 from fieldsim.world.motion import Pose, Spin, pose_at
@@ -89,7 +89,7 @@ class Views(typing.NamedTuple):
 class _Part:
     """One source in one role: its elements at a time, and its motion."""
 
-    elements: Callable[[float], registry.Elements]
+    elements: Callable[[float], Elements]
     motion: Pose | Callable[[float], Pose]
     deforming: bool
 

@@ -49,7 +49,7 @@ CLOSE = 1e-13
 _WAYS = np.array([(2, 2, 1), (-2, 1, 2), (1, -2, 2)]) / 3.0
 
 
-def level_mesh(field, level: float, *, resolution=None, tolerance=None) -> TriangleMesh:
+def level_mesh(field, level, *, resolution=None, tolerance=None) -> TriangleMesh:
     """The surface field = level as a closed mesh, its normals towards smaller values.
 
     resolution: grid cells along the longest side of the surface; tolerance: greatest distance of the mesh from the

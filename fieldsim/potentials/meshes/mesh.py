@@ -2,6 +2,8 @@
 
 import dataclasses
 import os
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, TypeGuard, cast
 
 import numpy as np
 
@@ -10,6 +12,7 @@ from fieldsim.errors import InputError
 from fieldsim.potentials.meshes import readers
 from fieldsim.potentials.meshes.writers import WRITERS, doubled_areas
 from fieldsim.potentials.primitives.triangle import Triangle
+from fieldsim.types import ArrayLike, PathLike
 
 # Beyond, areas and volumes would not be numbers.
 MOST = 1e70
@@ -25,6 +28,10 @@ class TriangleMesh:
 
     vertices: np.ndarray
     faces: np.ndarray
+
+    if TYPE_CHECKING:
+
+        def __init__(self, vertices: ArrayLike, faces: ArrayLike) -> None: ...
 
     def __post_init__(self):
         vertices = validate.points("TriangleMesh", "vertices", self.vertices).copy()
@@ -58,7 +65,7 @@ class TriangleMesh:
         a, b, c = np.moveaxis(self.corners - self.vertices.mean(axis=0), 1, 0)
         return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
 
-    def save(self, path) -> None:
+    def save(self, path: PathLike) -> None:
         """Write to a file whose ending names the format: .stl, .obj, .ply, .off or .glb.
 
         Coordinates keep all their digits, in .stl and .glb the 7 that these can hold: InputError for a mesh that would
@@ -87,7 +94,7 @@ class TriangleMesh:
         return f"<TriangleMesh of {len(self.vertices)} vertices and {len(self.faces)} faces>"
 
 
-def mesh(path_or_vertices, faces=None) -> TriangleMesh:
+def mesh(path_or_vertices: PathLike | ArrayLike | Sequence[Triangle], faces: ArrayLike | None = None) -> TriangleMesh:
     """A triangle mesh from a file, from vertices (V, 3) and faces (F, 3), or from Triangles.
 
     A file may be STL, OBJ, PLY, OFF or GLB, as its ending says; a scene of several parts becomes one mesh, polygons are
@@ -106,10 +113,10 @@ def mesh(path_or_vertices, faces=None) -> TriangleMesh:
         return TriangleMesh(*_merged(corners, np.arange(len(corners)).reshape(-1, 3)))
     if faces is None:
         raise InputError("mesh: vertices are given without faces; give mesh(vertices, faces) or the path of a file")
-    return TriangleMesh(path_or_vertices, faces)
+    return TriangleMesh(cast(ArrayLike, path_or_vertices), faces)
 
 
-def _are_triangles(things):
+def _are_triangles(things) -> TypeGuard[Sequence[Triangle]]:
     return isinstance(things, list | tuple) and bool(things) and all(isinstance(t, Triangle) for t in things)
 
 

@@ -9,6 +9,7 @@ import json
 import os
 import re
 import struct
+from typing import Any
 
 import numpy as np
 
@@ -182,7 +183,7 @@ def _ply(data):
     if not head:
         raise InputError("it has no header of a PLY")
     form, elements = _ply_header(head[0].decode("latin-1").splitlines())
-    body = data[head.end() :]
+    body: Any = data[head.end() :]
     if form == "ascii":
         read, body = _ply_lines, [line.split() for line in body.splitlines() if line.strip()]
     else:
@@ -191,7 +192,8 @@ def _ply(data):
     for name, count, properties in elements:
         if properties:
             found[name], at = read(name, count, properties, body, at)
-    _expect_end(body[at:] if form == "ascii" else body[at:].tobytes().strip(b"\0 \r\n"))
+    rest = body[at:]
+    _expect_end(rest.tobytes().strip(b"\0 \r\n") if isinstance(rest, memoryview) else rest)
     if "tristrips" in found:
         raise InputError("it holds strips of triangles; save it with single ones")
     corners = next((found["face"][n] for n in _CORNERS if n in found.get("face", {})), [])
@@ -200,7 +202,7 @@ def _ply(data):
 
 def _ply_header(lines):
     """The form, and elements (name, count, properties); a property is (name, type) or (name, type, type of count)."""
-    form, elements = None, []
+    form, elements = "", []
     for line in lines:
         match line.split():
             case ["format", form, *_]:
@@ -251,7 +253,7 @@ class _PlyBytes:
         first, end = self._one(properties, body, at)
         if count * (end - at) > len(body) - at:
             return None
-        fields = []
+        fields: list[tuple] = []
         for (name, kind, *listed), value in zip(properties, first, strict=True):
             if listed:
                 fields.append((f"count of {name}", self.order + listed[0]))

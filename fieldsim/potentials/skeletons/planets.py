@@ -14,6 +14,7 @@ from fieldsim.potentials.primitives.circle import Circle
 from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.potentials.primitives.triangle import Triangle
 from fieldsim.potentials.skeletons import shapes
+from fieldsim.types import RealLike, VectorLike, WholeLike
 
 # A length whose square is finite.
 LONGEST = 1e100
@@ -21,7 +22,12 @@ ORIGIN = (0.0, 0.0, 0.0)
 UP = (0.0, 0.0, 1.0)
 
 
-def cigar(length=2.0, *, center=ORIGIN, axis=(1.0, 0.0, 0.0)) -> tuple[Segment]:
+def cigar(
+    length: RealLike = 2.0,
+    *,
+    center: VectorLike = ORIGIN,
+    axis: VectorLike = (1.0, 0.0, 0.0),
+) -> tuple[Segment]:
     """One segment along `axis`, its middle at `center`."""
     return (_cigar("cigar", length, center, axis),)
 
@@ -32,12 +38,18 @@ def _cigar(owner, length, center, axis):
     return Segment(center - half, center + half)
 
 
-def cross(length=2.0, *, center=ORIGIN, normal=UP) -> tuple[Segment, ...]:
+def cross(length: RealLike = 2.0, *, center: VectorLike = ORIGIN, normal: VectorLike = UP) -> tuple[Segment, ...]:
     """Two segments of the given length that halve each other at right angles."""
     return _asterisk("cross", 4, 0.5 * _positive("cross", "length", length), center, normal)
 
 
-def asterisk(arms: int = 6, radius=1.0, *, center=ORIGIN, normal=UP) -> tuple[Segment, ...]:
+def asterisk(
+    arms: WholeLike = 6,
+    radius: RealLike = 1.0,
+    *,
+    center: VectorLike = ORIGIN,
+    normal: VectorLike = UP,
+) -> tuple[Segment, ...]:
     """Straight arms from `center`, evenly around; opposite ones are one segment."""
     arms = validate.whole("asterisk", "arms", arms, at_least=2, at_most=shapes.MOST_PRIMITIVES)
     return _asterisk("asterisk", arms, radius, center, normal)
@@ -51,18 +63,25 @@ def _asterisk(owner, arms, radius, center, normal):
     return tuple(Segment(place(np.zeros((1, 3)))[0], tip) for tip in tips)
 
 
-def jack(length=2.0, *, center=ORIGIN) -> tuple[Segment, ...]:
+def jack(length: RealLike = 2.0, *, center: VectorLike = ORIGIN) -> tuple[Segment, ...]:
     """Three segments along x, y and z that halve each other."""
     return tuple(_cigar("jack", length, center, axis) for axis in np.eye(3))
 
 
-def donut(radius=1.0, *, center=ORIGIN, normal=UP) -> tuple[Circle]:
+def donut(radius: RealLike = 1.0, *, center: VectorLike = ORIGIN, normal: VectorLike = UP) -> tuple[Circle]:
     """One circle."""
     center, normal = validate.vector("donut", "center", center), validate.direction("donut", "normal", normal)
     return (Circle(center, normal, _positive("donut", "radius", radius)),)
 
 
-def star(points: int = 5, radius=1.0, inner=0.4, *, center=ORIGIN, normal=UP) -> tuple[Segment, ...]:
+def star(
+    points: WholeLike = 5,
+    radius: RealLike = 1.0,
+    inner: RealLike = 0.4,
+    *,
+    center: VectorLike = ORIGIN,
+    normal: VectorLike = UP,
+) -> tuple[Segment, ...]:
     """The outline of a star: tips at `radius`, notches between them at `inner`, which is smaller."""
     points = validate.whole("star", "points", points, at_least=2, at_most=shapes.MOST_PRIMITIVES)
     radius, inner = _positive("star", "radius", radius), _positive("star", "inner", inner)
@@ -73,7 +92,15 @@ def star(points: int = 5, radius=1.0, inner=0.4, *, center=ORIGIN, normal=UP) ->
     return shapes.polyline(_plane("star", center, normal)(corners), closed=True)
 
 
-def spiral(turns=3.0, radius=1.0, inner=0.1, *, center=ORIGIN, normal=UP, tolerance=None) -> tuple[Primitive, ...]:
+def spiral(
+    turns: RealLike = 3.0,
+    radius: RealLike = 1.0,
+    inner: RealLike = 0.1,
+    *,
+    center: VectorLike = ORIGIN,
+    normal: VectorLike = UP,
+    tolerance: RealLike | None = None,
+) -> tuple[Primitive, ...]:
     """An Archimedean spiral from `inner` out to `radius`, as arcs within `tolerance` (a thousandth of the radius)."""
     turns, radius = _positive("spiral", "turns", turns), _positive("spiral", "radius", radius)
     inner = validate.number("spiral", "inner", inner, at_least=0.0)
@@ -92,7 +119,15 @@ def spiral(turns=3.0, radius=1.0, inner=0.1, *, center=ORIGIN, normal=UP, tolera
     return _curve("spiral", shape, slope, 2 * math.pi * turns, radius, tolerance, center, normal)
 
 
-def helix(turns=3.0, radius=0.5, height=2.0, *, center=ORIGIN, normal=UP, tolerance=None) -> tuple[Primitive, ...]:
+def helix(
+    turns: RealLike = 3.0,
+    radius: RealLike = 0.5,
+    height: RealLike = 2.0,
+    *,
+    center: VectorLike = ORIGIN,
+    normal: VectorLike = UP,
+    tolerance: RealLike | None = None,
+) -> tuple[Primitive, ...]:
     """A spring around `normal`, its middle at `center`, as arcs within `tolerance` (a thousandth of the radius)."""
     turns, radius = _positive("helix", "turns", turns), _positive("helix", "radius", radius)
     height = _positive("helix", "height", height)
@@ -107,7 +142,13 @@ def helix(turns=3.0, radius=0.5, height=2.0, *, center=ORIGIN, normal=UP, tolera
     return _curve("helix", shape, slope, 2 * math.pi * turns, radius, tolerance, center, normal)
 
 
-def knot(radius=1.0, *, center=ORIGIN, normal=UP, tolerance=None) -> tuple[Primitive, ...]:
+def knot(
+    radius: RealLike = 1.0,
+    *,
+    center: VectorLike = ORIGIN,
+    normal: VectorLike = UP,
+    tolerance: RealLike | None = None,
+) -> tuple[Primitive, ...]:
     """A trefoil knot that reaches out to `radius`, as arcs within `tolerance` (a thousandth of the radius)."""
     radius = _positive("knot", "radius", radius)
     scale = radius / 3.0
@@ -121,12 +162,18 @@ def knot(radius=1.0, *, center=ORIGIN, normal=UP, tolerance=None) -> tuple[Primi
     return _curve("knot", shape, slope, 2 * math.pi, radius, tolerance, center, normal)
 
 
-def pancake(radius=1.0, *, center=ORIGIN, normal=UP, tolerance=None) -> tuple[Triangle, ...]:
+def pancake(
+    radius: RealLike = 1.0,
+    *,
+    center: VectorLike = ORIGIN,
+    normal: VectorLike = UP,
+    tolerance: RealLike | None = None,
+) -> tuple[Triangle, ...]:
     """A disc of triangles, its rim within `tolerance` of the circle (a thousandth of the radius)."""
     return shapes.fan("pancake", center, normal, radius, tolerance)
 
 
-def brick(size=(1.0, 1.0, 1.0), *, center=ORIGIN) -> tuple[Triangle, ...]:
+def brick(size: VectorLike = (1.0, 1.0, 1.0), *, center: VectorLike = ORIGIN) -> tuple[Triangle, ...]:
     """The surface of a box with sides along x, y and z."""
     return shapes.sides("brick", center, size)
 

@@ -6,6 +6,8 @@ without a seam: pieces of a curve at their ends, triangles along whole edges.
 
 import itertools
 import math
+from collections.abc import Callable
+from typing import TypeAlias
 
 import numpy as np
 
@@ -15,12 +17,16 @@ from fieldsim.potentials.primitives.base import MOST, Primitive
 from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.potentials.primitives.triangle import Triangle
 from fieldsim.potentials.skeletons.biarc import MOST_PRIMITIVES, fitted
+from fieldsim.types import ArrayLike, RealLike, VectorLike
+
+# A function of parameters (M,) that gives points or vectors (M, 3).
+Curve: TypeAlias = Callable[[np.ndarray], np.ndarray]
 
 # Points of a polygon may lie off its plane by this part of its size.
 FLAT = 1e-9
 
 
-def polyline(points, closed: bool = False) -> tuple[Segment, ...]:
+def polyline(points: ArrayLike, closed: bool = False) -> tuple[Segment, ...]:
     """Segments from point to point, (N, 3), and back to the first if `closed`.
 
     Raises InputError for fewer than two points and for neighbours at the same place.
@@ -31,7 +37,7 @@ def polyline(points, closed: bool = False) -> tuple[Segment, ...]:
     return tuple(Segment(p, q) for p, q in _pairs(points, closed))
 
 
-def polygon(points) -> tuple[Triangle, ...]:
+def polygon(points: ArrayLike) -> tuple[Triangle, ...]:
     """N - 2 triangles (fewer where three points are on one line) that fill a flat simple polygon of corners (N, 3).
 
     The corners run around once, convex or not, and right-handed about the triangles' normal. Ears are cut off, the best
@@ -45,7 +51,7 @@ def polygon(points) -> tuple[Triangle, ...]:
     return tuple(Triangle(*points[list(ear)]) for ear in _ears(flat))
 
 
-def rectangle(center, u, v) -> tuple[Triangle, Triangle]:
+def rectangle(center: VectorLike, u: VectorLike, v: VectorLike) -> tuple[Triangle, Triangle]:
     """Two triangles that fill the rectangle of sides u and v (vectors, perpendicular), their normal along u x v."""
     center = np.array(validate.vector("rectangle", "center", center))
     u, v = (np.array(validate.vector("rectangle", name, side)) for name, side in (("u", u), ("v", v)))
@@ -65,7 +71,9 @@ def rectangle(center, u, v) -> tuple[Triangle, Triangle]:
     return Triangle(a, b, c), Triangle(a, c, d)
 
 
-def disc(center, normal, radius, tolerance=None) -> tuple[Triangle, ...]:
+def disc(
+    center: VectorLike, normal: VectorLike, radius: RealLike, tolerance: RealLike | None = None
+) -> tuple[Triangle, ...]:
     """A fan of triangles about `center` that fills the disc across `normal`, its rim within `tolerance` of the circle.
 
     The regular polygon has the disc's own area, its corners outside and its sides' middles inside. The tolerance is a
@@ -74,7 +82,9 @@ def disc(center, normal, radius, tolerance=None) -> tuple[Triangle, ...]:
     return fan("disc", center, normal, radius, tolerance)
 
 
-def fan(owner: str, center, normal, radius, tolerance) -> tuple[Triangle, ...]:
+def fan(
+    owner: str, center: VectorLike, normal: VectorLike, radius: RealLike, tolerance: RealLike | None
+) -> tuple[Triangle, ...]:
     """`disc` in the name of `owner`."""
     center = np.array(validate.vector(owner, "center", center))
     normal = np.array(validate.direction(owner, "normal", normal))
@@ -94,7 +104,7 @@ def fan(owner: str, center, normal, radius, tolerance) -> tuple[Triangle, ...]:
     return tuple(Triangle(center, p, q) for p, q in _pairs(rim, closed=True))
 
 
-def box(center, size) -> tuple[Triangle, ...]:
+def box(center: VectorLike, size: VectorLike) -> tuple[Triangle, ...]:
     """The surface of a box with sides `size` along x, y, z: 12 triangles, their normals outward.
 
     `solid(mesh(box(...)), density)` is the field of the box filled.
@@ -102,7 +112,7 @@ def box(center, size) -> tuple[Triangle, ...]:
     return sides("box", center, size)
 
 
-def sides(owner: str, center, size) -> tuple[Triangle, ...]:
+def sides(owner: str, center: VectorLike, size: VectorLike) -> tuple[Triangle, ...]:
     """`box` in the name of `owner`."""
     center = np.array(validate.vector(owner, "center", center))
     size = np.array(validate.vector(owner, "size", size))
@@ -115,7 +125,7 @@ def sides(owner: str, center, size) -> tuple[Triangle, ...]:
     return tuple(triangles)
 
 
-def bezier(points, tolerance) -> tuple[Primitive, ...]:
+def bezier(points: ArrayLike, tolerance: RealLike) -> tuple[Primitive, ...]:
     """A chain of cubic Bezier curves as arcs and segments within `tolerance` of it.
 
     points: control points (3 k + 1, 3), the last of each cubic being the first of the next. Arcs join with a common
@@ -132,7 +142,7 @@ def bezier(points, tolerance) -> tuple[Primitive, ...]:
     return tuple(primitive for cubic in cubics for primitive in _cubic(cubic, tolerance))
 
 
-def catmull_rom(points, closed: bool = False, *, tolerance) -> tuple[Primitive, ...]:
+def catmull_rom(points: ArrayLike, closed: bool = False, *, tolerance: RealLike) -> tuple[Primitive, ...]:
     """The centripetal Catmull-Rom curve through points (N, 3) as arcs and segments within `tolerance` of it.
 
     Centripetal ones have neither loops nor cusps between points (Yuksel, Schaefer & Keyser 2011). Ends of an open curve
@@ -150,7 +160,9 @@ def catmull_rom(points, closed: bool = False, *, tolerance) -> tuple[Primitive, 
     return tuple(primitive for cubic in cubics for primitive in _cubic(cubic, tolerance))
 
 
-def curve(position, velocity, start, end, *, tolerance) -> tuple[Primitive, ...]:
+def curve(
+    position: Curve, velocity: Curve, start: RealLike, end: RealLike, *, tolerance: RealLike
+) -> tuple[Primitive, ...]:
     """Any smooth curve as arcs and segments within `tolerance` of it.
 
     position, velocity: functions of the parameters (M,) giving (M, 3), the second along the first's derivative;

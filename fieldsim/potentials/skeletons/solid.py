@@ -8,9 +8,10 @@ from fieldsim.potentials.field import Field
 from fieldsim.potentials.kernels import Newtonian
 from fieldsim.potentials.meshes.mesh import TriangleMesh
 from fieldsim.potentials.primitives.face import Face
+from fieldsim.types import RealLike
 
 
-def solid(mesh: TriangleMesh, density, *, G=1.0) -> Field:
+def solid(mesh: TriangleMesh, density: RealLike, *, G: RealLike = 1.0) -> Field:
     """The Newtonian field of a solid within a closed mesh: F = G density * integral of 1/r dV, whose gradient pulls.
 
     mesh: closed, right-handed about the outside, not cutting itself (which is not checked); density: mass per volume,

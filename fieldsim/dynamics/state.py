@@ -8,6 +8,7 @@ import warp as wp
 
 from fieldsim import validate
 from fieldsim.errors import FieldsimError
+from fieldsim.numerics.running_sums import added
 
 
 @wp.struct
@@ -65,17 +66,6 @@ def whole(arrays):
         for array, values in zip(arrays, before, strict=True):
             array.assign(values)
         raise
-
-
-@wp.func
-def added(total: Any, rest: Any, step: Any):
-    """`total + step` and its new rest, of vectors or of rows of them.
-
-    Kahan's compensated summation, with which errors grow as the root of the number of steps.
-    """
-    step = step + rest
-    result = total + step
-    return result, step - (result - total)
 
 
 @wp.func

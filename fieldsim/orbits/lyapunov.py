@@ -15,9 +15,10 @@ from fieldsim import validate
 from fieldsim.dynamics.refusals import refuse
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.dynamics.splitting.kernels import Method, Particle, method_of, particle_at, put
-from fieldsim.dynamics.state import State, added
+from fieldsim.dynamics.state import State
 from fieldsim.errors import InputError
 from fieldsim.launch import checked_threads, launch
+from fieldsim.numerics.running_sums import added
 from fieldsim.orbits.poincare import splitting_for
 from fieldsim.sources.stages import Stages, hessian_at
 from fieldsim.world.world import given_world

@@ -9,7 +9,6 @@ from fieldsim.dynamics.radau.step import (
     EXTRAPOLATION,
     NODES,
     STAGES,
-    added,
     continued,
     in_newton_form,
     in_powers,
@@ -21,6 +20,7 @@ from fieldsim.dynamics.radau.step import (
 )
 from fieldsim.dynamics.radau.tables import ORDER, Series
 from fieldsim.dynamics.radau.windows import Window, place_rows
+from fieldsim.numerics.running_sums import exactly_added
 from fieldsim.sources.stages import Stages, field_at
 
 # Steps shorter than this part of the time flown never arrive.
@@ -193,11 +193,11 @@ def radau_kernel(kinds_used):
                 if known:
                     miss = b - expected
                 dx, dv, dv_rest = travelled(v, v_rest, a, pull, h)
-                x, x_rest = added(x, x_rest, h * v)
-                x, x_rest = added(x, x_rest, dx)
-                v, v_rest = added(v, v_rest, dv)
-                v, v_rest = added(v, v_rest, dv_rest)
-                t, t_rest = added(t, t_rest, h)
+                x, x_rest = exactly_added(x, x_rest, h * v)
+                x, x_rest = exactly_added(x, x_rest, dx)
+                v, v_rest = exactly_added(v, v_rest, dv)
+                v, v_rest = exactly_added(v, v_rest, dv_rest)
+                t, t_rest = exactly_added(t, t_rest, h)
                 if h * longer < shortest:
                     shortest = h * longer
                     shortest_at = t
@@ -276,9 +276,9 @@ def dense_kernel(kinds_used):
             d = node_offsets(v, flights.x0_rest[i], a, g, h)
             _g, pull, _good, _sweeps = settled(x, a, d, g, h, gravity, stage)
             dx, dv, dv_rest = travelled(v, flights.v0_rest[i], a, pull, h)
-            x, rest = added(x, flights.x0_rest[i], h * v)
+            x, rest = exactly_added(x, flights.x0_rest[i], h * v)
             x = x + (rest + dx)
-            v, rest = added(v, flights.v0_rest[i], dv)
+            v, rest = exactly_added(v, flights.v0_rest[i], dv)
             v = v + (rest + dv_rest)
         if flights.lost[i] == 1:
             x = wp.float64(wp.nan) * x

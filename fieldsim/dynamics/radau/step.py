@@ -12,6 +12,7 @@ import warp as wp
 
 from fieldsim.dynamics.radau import tables
 from fieldsim.dynamics.radau.tables import ORDER, Series
+from fieldsim.numerics.running_sums import exactly_added, product_rest
 from fieldsim.sources.stages import Stages, field_at
 
 SWEEPS = wp.constant(12)
@@ -53,43 +54,6 @@ NODES = wp.constant(_Vector(*tables.STEP_NODES))
 FIRST = wp.constant(_Vector(*(float(k + 1) for k in range(ORDER))))
 SECOND = wp.constant(_Vector(*(float((k + 1) * k) for k in range(ORDER))))
 THIRD = wp.constant(_Vector(*(float((k + 1) * k * (k - 1)) for k in range(ORDER))))
-
-
-@wp.func
-def added(x: wp.vec3d, rest: wp.vec3d, change: wp.vec3d):
-    """The sum x + rest + change as a rounded sum and what it lacks (Knuth's two-sum)."""
-    y = change + rest
-    total = x + y
-    part = total - x
-    return total, (x - (total - part)) + (y - part)
-
-
-@wp.func
-def added(x: wp.float64, rest: wp.float64, change: wp.float64):  # noqa: F811 - Warp chooses by type
-    """The same for a number."""
-    y = change + rest
-    total = x + y
-    part = total - x
-    return total, (x - (total - part)) + (y - part)
-
-
-@wp.func
-def halves(x: wp.float64):
-    """The number x as a sum of two numbers of half its digits (Veltkamp)."""
-    c = wp.float64(134217729.0) * x
-    high = c - (c - x)
-    return high, x - high
-
-
-@wp.func
-def product_rest(h: wp.float64, v: wp.vec3d):
-    """What the product h v has beside its rounded value (Dekker)."""
-    rest = wp.vec3d()
-    h1, h2 = halves(h)
-    for k in range(3):
-        v1, v2 = halves(v[k])
-        rest[k] = ((h1 * v1 - h * v[k]) + h1 * v2 + h2 * v1) + h2 * v2
-    return rest
 
 
 @wp.func
@@ -257,5 +221,5 @@ def travelled(v: wp.vec3d, v_rest: wp.vec3d, a0: wp.vec3d, pull: Series, h: wp.f
         dv = dv + SPEED_REST[k] * pull[k]
     for k in range(ORDER):
         dv = dv + SPEED[k] * pull[k]
-    a, rest = added(a0, wp.vec3d(), dv)
+    a, rest = exactly_added(a0, wp.vec3d(), dv)
     return h * (h * dx + v_rest) + product_rest(h, v), h * a, h * rest + product_rest(h, a)

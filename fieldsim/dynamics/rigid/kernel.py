@@ -15,7 +15,7 @@ import warp as wp
 from fieldsim.dynamics.rigid.contact import Shells, contact_between, contact_wrenches
 from fieldsim.dynamics.rigid.gravity import Masses, gravity_between, gravity_wrenches
 from fieldsim.dynamics.rigid.rotor import free_rotor
-from fieldsim.dynamics.state import added
+from fieldsim.numerics.running_sums import added
 from fieldsim.sources.stages import Stages
 
 _rotor = free_rotor.warp(wp.float64)

@@ -25,7 +25,8 @@ from fieldsim.dynamics.contact.particle_state import (
 )
 from fieldsim.dynamics.contact.response import contact_step
 from fieldsim.dynamics.contact.surfaces import margin_at, sweep_at
-from fieldsim.dynamics.state import State, added, drifted
+from fieldsim.dynamics.state import State, drifted
+from fieldsim.numerics.running_sums import added
 from fieldsim.sources.stages import Stages, field_at, hessian_at
 
 # Particles that a CPU thread moves together, and one vector of each.

@@ -12,8 +12,9 @@ import warp as wp
 
 from fieldsim.arrays import kept, read_only
 from fieldsim.copies import Uncopied
-from fieldsim.dynamics.state import State, added
+from fieldsim.dynamics.state import State
 from fieldsim.launch import launch
+from fieldsim.numerics.running_sums import added
 from fieldsim.potentials import registry
 from fieldsim.potentials.primitives.point import Point
 from fieldsim.sources.stages import Stages, field_at

@@ -7,10 +7,10 @@ square.
 
 import math
 
+from fieldsim.numerics.compensated import half_digits, split_at, two_difference
 from fieldsim.numerics.constants import TAU
 from fieldsim.portable import Table, portable, real
 from fieldsim.potentials.formulas.point import EXPONENT_LIMIT
-from fieldsim.potentials.formulas.segment.segment import SPLIT, SPLIT_SINGLE
 from fieldsim.potentials.formulas.triangle.compact import SOFT_2, SOFT_3, metaball_levels
 from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Metaball, Newtonian, Quartic, SoftObject
 from fieldsim.potentials.primitives.plane import Plane
@@ -92,10 +92,7 @@ def close_height(x: real, y: real, z: real, rows: Table, i: int, reach: real):
     As `arc_jet.close_to_the_ring`: offsets carry their rounding error along, and factors are split in two halves of
     their digits, whose leading products are exact (a compiler may fuse them) and cancel exactly.
     """
-    split = real(SPLIT)
-    if real(1.0) + real(1e-10) == real(1.0):
-        split = real(SPLIT_SINGLE)
-    unit = real(4.0) * split
+    unit = real(4.0) * half_digits()
     grid = unit * reach
     lead = real(0.0)
     rest = real(0.0)
@@ -105,13 +102,10 @@ def close_height(x: real, y: real, z: real, rows: Table, i: int, reach: real):
             p = y
         if k == 2:
             p = z
-        d = p - rows[i, 5 + k]
-        back = d - p
-        error = (p - (d - back)) - (rows[i, 5 + k] + back)
-        high = (d + grid) - grid
-        low = (d - high) + error
-        n_high = (rows[i, 17 + k] + unit) - unit
-        n_low = rows[i, 17 + k] - n_high
+        d, error = two_difference(p, rows[i, 5 + k])
+        high, low = split_at(d, grid)
+        low += error
+        n_high, n_low = split_at(rows[i, 17 + k], unit)
         lead += high * n_high
         rest += high * n_low + low * (n_high + n_low)
     return lead + rest

@@ -18,6 +18,7 @@ import math
 
 from fieldsim.numerics.constants import THIRD
 from fieldsim.numerics.elementary import log1p
+from fieldsim.numerics.precision import is_single
 from fieldsim.portable import Table, portable, real
 from fieldsim.potentials import registry
 from fieldsim.potentials.formulas.segment.segment import beside_line
@@ -214,7 +215,7 @@ def face_jet(x: real, y: real, z: real, rows: Table, i: int):
     r_c = math.sqrt(mx * mx + my * my + mz * mz + reach * reach)
     size = rows[i, 2]
     far = real(FAR) * size
-    if real(1.0) + real(1e-10) == real(1.0):
+    if is_single():
         far = real(FAR_SINGLE) * size
     if ax * ax + ay * ay + az * az > far * far:
         h = ax * nx + ay * ny + az * nz

@@ -2,76 +2,36 @@
 
 How far along the tangent the query is from an end is a difference of numbers of the arc's size, so that rounding left
 1e-16 of that: too much for a field that grows towards the end. The few queries this close take it in pairs of numbers
-whose sum has twice the digits (Dekker 1971). A compiler that fuses operations does no harm: where it may, the product
-is exact, or its error far below what counts.
+whose sum has twice the digits (see `numerics.compensated`).
 """
 
+from fieldsim.numerics.compensated import pair_product, pair_sum, two_difference
 from fieldsim.portable import Table, portable, real
 
 # Closer to an end than this part of the radius, its distance is computed with care.
 BESIDE = 1 / 64
 BESIDE_SINGLE = 1 / 8
-# Half the digits: float64, float32.
-HALVES = 2.0**27 + 1.0
-HALVES_SINGLE = 2.0**12 + 1.0
 # Doublings of an angle, after which its series needs two terms beyond the angle itself.
 DOUBLINGS = 20
 SCALE = 2.0**-20
 
 
 @portable
-def _split(a: real):
-    """The upper half of a number's digits, and the rest."""
-    halves = real(HALVES)
-    if real(1.0) + real(1e-10) == real(1.0):
-        halves = real(HALVES_SINGLE)
-    c = halves * a
-    high = c - (c - a)
-    return high, a - high
-
-
-@portable
-def _times(a: real, a_low: real, b: real, b_low: real):
-    """The product of two pairs."""
-    p = a * b
-    a1, a2 = _split(a)
-    b1, b2 = _split(b)
-    low = (((a1 * b1 - p) + a1 * b2) + a2 * b1) + a2 * b2
-    return p, low + (a * b_low + a_low * b)
-
-
-@portable
-def _plus(a: real, a_low: real, b: real, b_low: real):
-    """The sum of two pairs."""
-    s = a + b
-    back = s - a
-    low = ((a - (s - back)) + (b - back)) + (a_low + b_low)
-    high = s + low
-    return high, (s - high) + low
-
-
-@portable
 def _dot(ax: real, ax_low: real, ay: real, ay_low: real, az: real, az_low: real, rows: Table, i: int, k: int):
     """The product of a vector of pairs with the row's vector that starts at column k."""
-    s, low = _times(ax, ax_low, rows[i, k], real(0.0))
-    p, p_low = _times(ay, ay_low, rows[i, k + 1], real(0.0))
-    s, low = _plus(s, low, p, p_low)
-    p, p_low = _times(az, az_low, rows[i, k + 2], real(0.0))
-    return _plus(s, low, p, p_low)
-
-
-@portable
-def _offset(x: real, center: real):
-    """The difference of two coordinates, as a pair."""
-    return _plus(x, real(0.0), -center, real(0.0))
+    s, low = pair_product(ax, ax_low, rows[i, k], real(0.0))
+    p, p_low = pair_product(ay, ay_low, rows[i, k + 1], real(0.0))
+    s, low = pair_sum(s, low, p, p_low)
+    p, p_low = pair_product(az, az_low, rows[i, k + 2], real(0.0))
+    return pair_sum(s, low, p, p_low)
 
 
 @portable
 def _binormal(rows: Table, i: int, j: int, k: int):
     """The component of normal x start to which their columns j and k (0, 1, 2) make up, as a pair."""
-    p, p_low = _times(rows[i, 17 + j], real(0.0), rows[i, 14 + k], real(0.0))
-    q, q_low = _times(rows[i, 17 + k], real(0.0), rows[i, 14 + j], real(0.0))
-    return _plus(p, p_low, -q, -q_low)
+    p, p_low = pair_product(rows[i, 17 + j], real(0.0), rows[i, 14 + k], real(0.0))
+    q, q_low = pair_product(rows[i, 17 + k], real(0.0), rows[i, 14 + j], real(0.0))
+    return pair_sum(p, p_low, -q, -q_low)
 
 
 @portable
@@ -81,14 +41,14 @@ def _sine_versine(angle: real):
     u = x * x
     s = x
     s_low = x * u * (u / real(120.0) - real(1.0) / real(6.0))
-    v, v_low = _times(real(0.5) * x, real(0.0), x, real(0.0))
+    v, v_low = pair_product(real(0.5) * x, real(0.0), x, real(0.0))
     v_low += u * u * (u / real(720.0) - real(1.0) / real(24.0))
     for _ in range(int(DOUBLINGS)):
-        p, p_low = _times(s, s_low, v, v_low)
-        v, v_low = _times(s, s_low, s, s_low)
+        p, p_low = pair_product(s, s_low, v, v_low)
+        v, v_low = pair_product(s, s_low, s, s_low)
         v *= real(2.0)
         v_low *= real(2.0)
-        s, s_low = _plus(s, s_low, -p, -p_low)
+        s, s_low = pair_sum(s, s_low, -p, -p_low)
         s *= real(2.0)
         s_low *= real(2.0)
     return s, s_low, v, v_low
@@ -100,17 +60,17 @@ def _along_the_start(x: real, y: real, z: real, rows: Table, i: int):
 
     The start counts across the normal, and both are in the same unit, 1 to rounding.
     """
-    dx, dx_low = _offset(x, rows[i, 5])
-    dy, dy_low = _offset(y, rows[i, 6])
-    dz, dz_low = _offset(z, rows[i, 7])
+    dx, dx_low = two_difference(x, rows[i, 5])
+    dy, dy_low = two_difference(y, rows[i, 6])
+    dz, dz_low = two_difference(z, rows[i, 7])
     bx, bx_low = _binormal(rows, i, 1, 2)
     by, by_low = _binormal(rows, i, 2, 0)
     bz, bz_low = _binormal(rows, i, 0, 1)
-    q, q_low = _times(dx, dx_low, bx, bx_low)
-    p, p_low = _times(dy, dy_low, by, by_low)
-    q, q_low = _plus(q, q_low, p, p_low)
-    p, p_low = _times(dz, dz_low, bz, bz_low)
-    q, q_low = _plus(q, q_low, p, p_low)
+    q, q_low = pair_product(dx, dx_low, bx, bx_low)
+    p, p_low = pair_product(dy, dy_low, by, by_low)
+    q, q_low = pair_sum(q, q_low, p, p_low)
+    p, p_low = pair_product(dz, dz_low, bz, bz_low)
+    q, q_low = pair_sum(q, q_low, p, p_low)
     # Towards the start; what this has along the normal is taken off, and the normal is 1 to rounding only.
     p, p_low = _dot(dx, dx_low, dy, dy_low, dz, dz_low, rows, i, 14)
     zero = real(0.0)
@@ -118,7 +78,7 @@ def _along_the_start(x: real, y: real, z: real, rows: Table, i: int):
     size, size_low = _dot(rows[i, 17], zero, rows[i, 18], zero, rows[i, 19], zero, rows, i, 17)
     height = dx * rows[i, 17] + dy * rows[i, 18] + dz * rows[i, 19]
     excess = real(0.5) * ((size - real(1.0)) + size_low)
-    p, p_low = _plus(p, p_low, p * excess - (lean + lean_low) * height, zero)
+    p, p_low = pair_sum(p, p_low, p * excess - (lean + lean_low) * height, zero)
     return q, q_low, p, p_low
 
 
@@ -134,8 +94,8 @@ def beside_end(x: real, y: real, z: real, rows: Table, i: int):
     """The offset along the tangent at the arc's end."""
     q, q_low, p, p_low = _along_the_start(x, y, z, rows, i)
     s, s_low, v, v_low = _sine_versine(rows[i, 3])
-    a, a_low = _times(q, q_low, v, v_low)
-    q, q_low = _plus(q, q_low, -a, -a_low)
-    b, b_low = _times(p, p_low, s, s_low)
-    q, q_low = _plus(q, q_low, -b, -b_low)
+    a, a_low = pair_product(q, q_low, v, v_low)
+    q, q_low = pair_sum(q, q_low, -a, -a_low)
+    b, b_low = pair_product(p, p_low, s, s_low)
+    q, q_low = pair_sum(q, q_low, -b, -b_low)
     return q

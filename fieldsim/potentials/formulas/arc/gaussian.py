@@ -11,11 +11,10 @@ from fieldsim.numerics.angles import arctangent, sine_cosine
 from fieldsim.numerics.bessel import bessel_scaled
 from fieldsim.numerics.constants import HALF_PI, QUARTER_PI
 from fieldsim.numerics.elementary import exp_moment, exp_slope
+from fieldsim.numerics.precision import is_single
 from fieldsim.portable import portable, real
 from fieldsim.potentials.formulas.point import EXPONENT_LIMIT
 
-# Added to 1, it is lost in float32 but not in float64.
-TINY = 1e-10
 # Below this exponent everything is 0, in float64 as well.
 NOTHING = -1000.0
 
@@ -23,7 +22,7 @@ NOTHING = -1000.0
 @portable
 def _cut():
     """The fall of the exponent after which a range's rest is lost in rounding."""
-    if real(1.0) + real(TINY) == real(1.0):
+    if is_single():
         return real(16.0)
     return real(34.0)
 
@@ -36,7 +35,7 @@ def _panel_count(width: real, k2: real, fall: real):
     width^2 (k2 + 4.2) up to 12.5 (the 4.2 is for the poles of tan).
     """
     limit = real(12.5)
-    if real(1.0) + real(TINY) == real(1.0):
+    if is_single():
         limit = real(38.0)
     return max(width * math.sqrt((k2 + real(4.2)) / limit), real(4.0) * fall / _cut())
 

@@ -6,10 +6,11 @@ Closer to a bare source than the type can hold them, derivatives are 0, as on it
 import math
 
 from fieldsim.numerics.angles import sine_cosine
+from fieldsim.numerics.compensated import half_digits, split_at, two_difference
 from fieldsim.numerics.constants import TAU
+from fieldsim.numerics.precision import is_single
 from fieldsim.portable import Table, portable, real
 from fieldsim.potentials.formulas.arc.ends import BESIDE, BESIDE_SINGLE, beside_end, beside_start
-from fieldsim.potentials.formulas.segment.segment import SPLIT, SPLIT_SINGLE
 
 # Closer to the ring than this part of its radius, the offset from it is computed with care.
 CLOSE = 0.125
@@ -23,14 +24,10 @@ def close_to_the_ring(x: real, y: real, z: real, rows: Table, i: int):
     the ring's orientation: the offset from the centre carries its rounding error along, and all factors are split in
     two halves of their digits, whose leading products are exact (a compiler may fuse them) and cancel exactly.
     """
-    split = real(SPLIT)
-    if real(1.0) + real(1e-10) == real(1.0):
-        split = real(SPLIT_SINGLE)
+    unit = real(4.0) * half_digits()
     radius = rows[i, 2]
-    grid = real(4.0) * split * radius
-    unit = real(4.0) * split
-    high = (radius + grid) - grid
-    low = radius - high
+    grid = unit * radius
+    high, low = split_at(radius, grid)
     # Sums over the coordinates, by size: of the offset's squares less the radius's, and of the offset times the normal.
     lead = -high * high
     cross = -high * low
@@ -43,16 +40,13 @@ def close_to_the_ring(x: real, y: real, z: real, rows: Table, i: int):
             p = y
         if k == 2:
             p = z
-        d = p - rows[i, 5 + k]
-        back = d - p
-        error = (p - (d - back)) - (rows[i, 5 + k] + back)
-        high = (d + grid) - grid
-        low = (d - high) + error
+        d, error = two_difference(p, rows[i, 5 + k])
+        high, low = split_at(d, grid)
+        low += error
         lead += high * high
         cross += high * low
         rest += low * low
-        n_high = (rows[i, 17 + k] + unit) - unit
-        n_low = rows[i, 17 + k] - n_high
+        n_high, n_low = split_at(rows[i, 17 + k], unit)
         height += high * n_high
         height_rest += high * n_low + low * (n_high + n_low)
     height += height_rest
@@ -114,7 +108,7 @@ def sharp_ends(x: real, y: real, z: real, rows: Table, i: int, rho: real, near: 
     """As `plain_ends`, for bare fields: with more digits next to an end. A closed ring has no ends."""
     _s0, c1, s1, turn, versine = plain_ends(x, y, z, rows, i, rho, near, c0, s0)
     beside = real(BESIDE)
-    if real(1.0) + real(1e-10) == real(1.0):
+    if is_single():
         beside = real(BESIDE_SINGLE)
     if near < beside * rows[i, 2] and rows[i, 3] < real(TAU):
         if near + abs(s0) * rho < beside * rows[i, 2]:

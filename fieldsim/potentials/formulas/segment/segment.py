@@ -11,6 +11,7 @@ where differences of antiderivatives would cancel.
 
 import math
 
+from fieldsim.numerics.compensated import half_digits, split_at, two_difference
 from fieldsim.numerics.elementary import log1p
 from fieldsim.numerics.error_functions import erfcx
 from fieldsim.portable import Table, portable, real
@@ -25,9 +26,6 @@ HALF_SQRT_PI = math.sqrt(math.pi) / 2
 SHORT = 0.5
 # Closer to the line than 0.1 of the distance along it (squared), the offset across is computed with care.
 CLOSE = 1e-2
-# Half the digits of float64: t + SPLIT rounds t to multiples of 2^-26; the same of float32.
-SPLIT = 2.0**26
-SPLIT_SINGLE = 2.0**11
 
 
 @portable
@@ -170,14 +168,9 @@ def _remainder(p: real, near: real, far: real, t_high: real, t_low: real, grid: 
     Differences carry their rounding errors along; t and the edge are split so that the leading product is exact. (Only
     sums and exact products are relied on: a compiler may fuse them.)
     """
-    d = p - near
-    back = d - p
-    d_error = (p - (d - back)) - (near + back)
-    e = far - near
-    back = e - far
-    e_error = (far - (e - back)) - (near + back)
-    e_high = (e + grid) - grid
-    e_low = e - e_high
+    d, d_error = two_difference(p, near)
+    e, e_error = two_difference(far, near)
+    e_high, e_low = split_at(e, grid)
     rest = d_error - (t_high + t_low) * e_error - t_low * e_low
     return ((d - t_high * e_high) - t_high * e_low) - t_low * e_high + rest
 
@@ -221,14 +214,11 @@ def beside_line(
             near = end
             far = start
         t = -lo / length
-        split = real(SPLIT)
-        if real(1.0) + real(1e-10) == real(1.0):
-            split = real(SPLIT_SINGLE)
-        t_high = (t + split) - split
-        grid = real(2.0) * split * length
-        wx = _remainder(x, rows[i, near], rows[i, far], t_high, t - t_high, grid)
-        wy = _remainder(y, rows[i, near + 1], rows[i, far + 1], t_high, t - t_high, grid)
-        wz = _remainder(z, rows[i, near + 2], rows[i, far + 2], t_high, t - t_high, grid)
+        t_high, t_low = split_at(t, half_digits())
+        grid = real(2.0) * half_digits() * length
+        wx = _remainder(x, rows[i, near], rows[i, far], t_high, t_low, grid)
+        wy = _remainder(y, rows[i, near + 1], rows[i, far + 1], t_high, t_low, grid)
+        wz = _remainder(z, rows[i, near + 2], rows[i, far + 2], t_high, t_low, grid)
         along = wx * ux + wy * uy + wz * uz
         wx -= along * ux
         wy -= along * uy

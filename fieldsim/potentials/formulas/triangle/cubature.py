@@ -1,5 +1,6 @@
 """A triangle's field far away: so many points of the definition that the rest is rounding."""
 
+from fieldsim.numerics.precision import is_single
 from fieldsim.portable import portable, real
 
 # In single precision 16 points do from so many sizes, from where the closed forms lose more by cancelling.
@@ -86,7 +87,7 @@ def points_a_side(sizes2: real, far: real):
     """How many points a side `far_away` takes at a squared distance of `sizes2` squared sizes; 0 nearer than `far`."""
     if sizes2 > real(FEWEST):
         return 2
-    if real(1.0) + real(1e-10) == real(1.0):
+    if is_single():
         if sizes2 > real(FAR_SINGLE) * real(FAR_SINGLE):
             return 4
         return 0

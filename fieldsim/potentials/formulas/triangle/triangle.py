@@ -16,6 +16,7 @@ of a conical Gauss rule are exact to rounding, and farther away fewer.
 import math
 
 from fieldsim.numerics.angles import arctangent, turned
+from fieldsim.numerics.compensated import split_at, two_difference
 from fieldsim.numerics.constants import TAU, THIRD
 from fieldsim.portable import Table, portable, real
 
@@ -181,24 +182,16 @@ def _remainder(p: real, base: real, left: real, right: real, s: real, t: real, s
     Differences carry their rounding errors along; s, t, the edges and the offset are split so that the leading products
     and their sum are exact, whether or not a compiler fuses them. (In single precision nothing is gained or lost.)
     """
-    d = p - base
-    back = d - p
-    d_error = (p - (d - back)) - (base + back)
-    e = left - base
-    back = e - left
-    e_error = (left - (e - back)) - (base + back)
-    g = right - base
-    back = g - right
-    g_error = (right - (g - back)) - (base + back)
-    d_grid = real(GRID_8) * size
-    e_grid = real(GRID_28) * size
-    d_high = (d + d_grid) - d_grid
-    e_high = (e + e_grid) - e_grid
-    g_high = (g + e_grid) - e_grid
-    s_high = (s + real(GRID_32)) - real(GRID_32)
-    t_high = (t + real(GRID_32)) - real(GRID_32)
+    d, d_error = two_difference(p, base)
+    e, e_error = two_difference(left, base)
+    g, g_error = two_difference(right, base)
+    d_high, d_low = split_at(d, real(GRID_8) * size)
+    e_high, e_low = split_at(e, real(GRID_28) * size)
+    g_high, g_low = split_at(g, real(GRID_28) * size)
+    s_high, s_low = split_at(s, real(GRID_32))
+    t_high, t_low = split_at(t, real(GRID_32))
     lead = (d_high - s_high * e_high) - t_high * g_high
-    rest = (d - d_high) - s_high * (e - e_high) - (s - s_high) * e - t_high * (g - g_high) - (t - t_high) * g
+    rest = d_low - s_high * e_low - s_low * e - t_high * g_low - t_low * g
     return lead + (rest + (d_error - s * e_error - t * g_error))
 
 

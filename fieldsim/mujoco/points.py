@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 
 from fieldsim.numerics import quaternion
+from fieldsim.numerics.quadrature import gauss_legendre
 
 Kind = mujoco.mjtGeom
 # Cells of the grid inside a mesh, along its longest side.
@@ -93,13 +94,8 @@ def _filled(model, geom):
     return None
 
 
-def _gauss(count, low, high):
-    nodes, weights = np.polynomial.legendre.leggauss(count)
-    return 0.5 * (low + high) + 0.5 * (high - low) * nodes, 0.5 * (high - low) * weights
-
-
 def _box(half):
-    nodes, weights = zip(*(_gauss(3, -h, h) for h in half), strict=True)
+    nodes, weights = zip(*(gauss_legendre(3, -h, h) for h in half), strict=True)
     places = np.stack(np.meshgrid(*nodes, indexing="ij"), axis=-1).reshape(-1, 3)
     return places, np.einsum("i,j,k->ijk", *weights).ravel()
 
@@ -108,9 +104,9 @@ def _revolved(pieces):
     """Of a solid of revolution about z, in pieces (low, high, radius(z)): discs of 12 points, exact to degree 5."""
     places, volumes = [], []
     angles = np.arange(6) * np.pi / 3
-    squares, shares = _gauss(2, 0.0, 1.0)
+    squares, shares = gauss_legendre(2, 0.0, 1.0)
     for low, high, radius in pieces:
-        for z, thickness in zip(*_gauss(4, low, high), strict=True):
+        for z, thickness in zip(*gauss_legendre(4, low, high), strict=True):
             r = float(radius(np.array(z)))
             for square, share in zip(squares, shares, strict=True):
                 ring = r * np.sqrt(square) * np.column_stack([np.cos(angles), np.sin(angles)])

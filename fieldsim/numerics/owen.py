@@ -10,6 +10,7 @@ import math
 
 from fieldsim.numerics.constants import HALF_PI, SQRT_2, TAU
 from fieldsim.numerics.error_functions import erfcx
+from fieldsim.numerics.quadrature import legendre_24
 from fieldsim.portable import portable, real
 
 # exp(-CUT) is beneath rounding.
@@ -41,20 +42,13 @@ def tail(x: real, start: real, width: real):
     reach = min(width, real(CUT) / (start + math.sqrt(start * start + real(CUT))))
     half = real(0.5) * reach
     x2 = x * x
-    e_1, part_1 = _pair(real(0.06405689286260563), real(0.12793819534675216), half, start, x2)
-    e_2, part_2 = _pair(real(0.1911188674736163), real(0.1258374563468283), half, start, x2)
-    e_3, part_3 = _pair(real(0.3150426796961634), real(0.12167047292780339), half, start, x2)
-    e_4, part_4 = _pair(real(0.4337935076260451), real(0.1155056680537256), half, start, x2)
-    e_5, part_5 = _pair(real(0.5454214713888396), real(0.10744427011596563), half, start, x2)
-    e_6, part_6 = _pair(real(0.6480936519369755), real(0.09761865210411388), half, start, x2)
-    e_7, part_7 = _pair(real(0.7401241915785544), real(0.08619016153195327), half, start, x2)
-    e_8, part_8 = _pair(real(0.820001985973903), real(0.0733464814110803), half, start, x2)
-    e_9, part_9 = _pair(real(0.8864155270044011), real(0.05929858491543678), half, start, x2)
-    e_10, part_10 = _pair(real(0.9382745520027328), real(0.04427743881741981), half, start, x2)
-    e_11, part_11 = _pair(real(0.9747285559713095), real(0.028531388628933663), half, start, x2)
-    e_12, part_12 = _pair(real(0.9951872199970213), real(0.0123412297999872), half, start, x2)
-    e = e_1 + e_2 + e_3 + e_4 + e_5 + e_6 + e_7 + e_8 + e_9 + e_10 + e_11 + e_12
-    part = part_1 + part_2 + part_3 + part_4 + part_5 + part_6 + part_7 + part_8 + part_9 + part_10 + part_11 + part_12
+    e = real(0.0)
+    part = real(0.0)
+    for k in range(12):
+        node, weight = legendre_24(k)
+        more, more_part = _pair(node, weight, half, start, x2)
+        e += more
+        part += more_part
     return half * e, half * x * part
 
 

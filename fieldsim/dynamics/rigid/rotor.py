@@ -14,6 +14,7 @@ spheres (P = N = 0) and the separatrix (P = N) are no special cases. (Jacobi 184
 import math
 
 from fieldsim.numerics.elliptic import jacobi_functions
+from fieldsim.numerics.quadrature import unit_legendre_6
 from fieldsim.portable import portable, real
 
 # lambda t of a panel: there `jacobi_functions` and the Gauss-Legendre rule of 6 nodes are exact to rounding, because
@@ -31,22 +32,6 @@ def _turned(m1: real, m2: real, m3: real, a12: real, a23: real, a13: real, p: re
         (m2 * c * d + a13 * s * m1 * m3) * scale,
         (m3 * d - a12 * s * c * m1 * m2) * scale,
     )
-
-
-@portable
-def _node(k: int):
-    """Gauss-Legendre node and weight k of 6 on 0..1."""
-    if k == 0:
-        return real(0.03376524289842399), real(0.08566224618958518)
-    if k == 1:
-        return real(0.16939530676686773), real(0.1803807865240693)
-    if k == 2:
-        return real(0.38069040695840156), real(0.23395696728634552)
-    if k == 3:
-        return real(0.6193095930415985), real(0.23395696728634552)
-    if k == 4:
-        return real(0.8306046932331322), real(0.1803807865240693)
-    return real(0.966234757101576), real(0.08566224618958518)
 
 
 @portable
@@ -100,7 +85,7 @@ def free_rotor(m1: real, m2: real, m3: real, a1: real, a2: real, a3: real, t: re
         p = a23 * (a13 * m3 * m3 + a12 * m2 * m2)
         n = a12 * (a13 * m1 * m1 + a23 * m2 * m2)
         for k in range(6):
-            place, weight = _node(k)
+            place, weight = unit_legendre_6(k)
             n1, _n2, n3 = _turned(m1, m2, m3, a12, a23, a13, p, n, place * h)
             along = sign * n3
             if first:

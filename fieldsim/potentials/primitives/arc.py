@@ -7,9 +7,10 @@ import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import InputError
+from fieldsim.numerics.quadrature import gauss_legendre
 from fieldsim.portable import Table, portable, real
 from fieldsim.potentials.primitives.base import Primitive, Volume
-from fieldsim.potentials.primitives.quadrature import gauss, interval_needed
+from fieldsim.potentials.primitives.quadrature import interval_needed
 from fieldsim.potentials.row import ANGLE, CENTER, FIRST, NORMAL, RADIUS, center_of, first_of, normal_of
 
 
@@ -135,7 +136,7 @@ class Arc(Turn, Primitive):
 
     def mass_points(self, count):
         """Gauss's rule over the angle."""
-        nodes, weights = gauss(count)
+        nodes, weights = gauss_legendre(count)
         start = np.array(self.start)
         return points_around(self, start / np.linalg.norm(start), self.angle * nodes), weights
 

@@ -1,16 +1,10 @@
 """Gauss's rules on the simplices that primitives are: segments, triangles, tetrahedra."""
 
-import functools
 import math
 
 import numpy as np
 
-
-@functools.cache
-def gauss(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Gauss-Legendre nodes and weights (count,) on 0..1, exact for polynomials up to the degree 2 count - 1."""
-    nodes, weights = np.polynomial.legendre.leggauss(count)
-    return 0.5 * (nodes + 1.0), 0.5 * weights
+from fieldsim.numerics.quadrature import gauss_legendre
 
 
 def simplex(corners, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -19,7 +13,7 @@ def simplex(corners, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     Also the first coordinate u of each point, which runs from 0 at the first corner to 1 opposite it.
     """
     corners = np.array(corners)
-    nodes, weights = gauss(count)
+    nodes, weights = gauss_legendre(count)
     points, shares, reach = corners[:1], np.ones(1), np.ones(1)
     first = None
     dimension = len(corners) - 1

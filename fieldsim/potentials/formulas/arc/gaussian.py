@@ -12,6 +12,7 @@ from fieldsim.numerics.bessel import bessel_scaled
 from fieldsim.numerics.constants import HALF_PI, QUARTER_PI
 from fieldsim.numerics.elementary import exp_moment, exp_slope
 from fieldsim.numerics.precision import is_single
+from fieldsim.numerics.quadrature import legendre_16
 from fieldsim.portable import portable, real
 from fieldsim.potentials.formulas.point import EXPONENT_LIMIT
 
@@ -109,14 +110,9 @@ def _panel(sin: real, cos: real, reach: real, k2: real, top: real, lift: real):
     j = real(0.0)
     js = real(0.0)
     jss = real(0.0)
-    j, js, jss = _pair(j, js, jss, reach * real(0.09501250983763744), real(0.1894506104550685), cos2, sin2, rate)
-    j, js, jss = _pair(j, js, jss, reach * real(0.2816035507792589), real(0.18260341504492358), cos2, sin2, rate)
-    j, js, jss = _pair(j, js, jss, reach * real(0.45801677765722737), real(0.16915651939500254), cos2, sin2, rate)
-    j, js, jss = _pair(j, js, jss, reach * real(0.6178762444026438), real(0.14959598881657674), cos2, sin2, rate)
-    j, js, jss = _pair(j, js, jss, reach * real(0.755404408355003), real(0.12462897125553388), cos2, sin2, rate)
-    j, js, jss = _pair(j, js, jss, reach * real(0.8656312023878318), real(0.09515851168249279), cos2, sin2, rate)
-    j, js, jss = _pair(j, js, jss, reach * real(0.9445750230732326), real(0.062253523938647894), cos2, sin2, rate)
-    j, js, jss = _pair(j, js, jss, reach * real(0.9894009349916499), real(0.027152459411754096), cos2, sin2, rate)
+    for k in range(8):
+        node, weight = legendre_16(k)
+        j, js, jss = _pair(j, js, jss, reach * node, weight, cos2, sin2, rate)
     square = sin * sin
     scale = real(2.0) * reach * math.exp(lift - k2 * (square - top))
     return scale * j, scale * (js + square * j), scale * (jss + square * (real(2.0) * js + square * j))

@@ -12,6 +12,7 @@ import math
 from fieldsim.numerics.angles import sine_cosine
 from fieldsim.numerics.constants import HALF_PI, TAU
 from fieldsim.numerics.elliptic import carlson_d_pair
+from fieldsim.numerics.quadrature import legendre_12
 from fieldsim.numerics.sine_integrals import sine_powers
 from fieldsim.portable import portable, real
 from fieldsim.potentials.formulas.arc.compact import middle, reach
@@ -56,23 +57,8 @@ def _quadrature(sin_c: real, cos_c: real, reach: real, near2: real, p: real):
     s_3 = real(0.0)
     ss_3 = real(0.0)
     for k in range(6):
-        t = reach * real(0.1252334085114689)
-        weight = real(0.24914704581340277)
-        if k == 1:
-            t = reach * real(0.3678314989981802)
-            weight = real(0.2334925365383548)
-        if k == 2:
-            t = reach * real(0.5873179542866175)
-            weight = real(0.20316742672306592)
-        if k == 3:
-            t = reach * real(0.7699026741943047)
-            weight = real(0.16007832854334622)
-        if k == 4:
-            t = reach * real(0.9041172563704749)
-            weight = real(0.10693932599531843)
-        if k == 5:
-            t = reach * real(0.9815606342467192)
-            weight = real(0.04717533638651183)
+        node, weight = legendre_12(k)
+        t = reach * node
         share = real(1.0) / (real(1.0) + t * t)
         weight *= real(2.0) * reach * share
         across = real(2.0) * t * share * cos_c

@@ -8,6 +8,7 @@ import math
 
 from fieldsim.numerics.constants import THIRD
 from fieldsim.numerics.elementary import log1p
+from fieldsim.numerics.quadrature import legendre_4
 from fieldsim.portable import portable, real
 from fieldsim.potentials.formulas.compact import quartic, soft_object
 from fieldsim.potentials.formulas.segment.segment import segment_jet
@@ -45,22 +46,19 @@ def _polynomial_segment(lo: real, rho2: real, length: real, radius: real, fold: 
     half *= per
     k2 = k2 * per * per
     rho *= per
-    for j in range(4):
-        node = real(0.33998104358485626)
-        weight = real(0.6521451548625461)
-        if j >= 2:
-            node = real(0.8611363115940526)
-            weight = real(0.34785484513745385)
-        if j == 1 or j == 3:
-            node = -node
-        q = middle + half * node
-        h, slope, curve = profile(k2 - q * q)  # noqa: F821 - bound below
-        f += weight * h
-        along -= weight * q * slope
-        across -= weight * slope
-        along_along += weight * (real(2.0) * q * q * curve - slope)
-        mixed += weight * q * curve
-        bend += weight * curve
+    for j in range(2):
+        node, weight = legendre_4(j)
+        for side in range(2):
+            q = middle + half * node
+            if side == 1:
+                q = middle - half * node
+            h, slope, curve = profile(k2 - q * q)  # noqa: F821 - bound below
+            f += weight * h
+            along -= weight * q * slope
+            across -= weight * slope
+            along_along += weight * (real(2.0) * q * q * curve - slope)
+            mixed += weight * q * curve
+            bend += weight * curve
     half_per = real(2.0) * half * per
     return (
         half * radius * f,

@@ -14,6 +14,7 @@ import math
 from fieldsim.numerics.compensated import half_digits, split_at, two_difference
 from fieldsim.numerics.elementary import log1p
 from fieldsim.numerics.error_functions import erfcx
+from fieldsim.numerics.quadrature import legendre_8
 from fieldsim.portable import Table, portable, real
 from fieldsim.potentials.formulas.point import EXPONENT_LIMIT, FAR
 from fieldsim.potentials.formulas.segment.inverse_powers import inverse_powers
@@ -58,17 +59,7 @@ def _short_gaussian(lo: real, width: real, exponent: real):
     slope = real(0.0)
     half = real(0.5) * width
     for k in range(4):
-        node = real(0.18343464249564978)
-        weight = real(0.36268378337836166)
-        if k == 1:
-            node = real(0.525532409916329)
-            weight = real(0.3137066458778869)
-        if k == 2:
-            node = real(0.7966664774136267)
-            weight = real(0.22238103445337443)
-        if k == 3:
-            node = real(0.9602898564975362)
-            weight = real(0.10122853629037706)
+        node, weight = legendre_8(k)
         near = lo + half * (real(1.0) - node)
         far = lo + half * (real(1.0) + node)
         h_near = half * weight * math.exp(min(exponent - near * near, real(EXPONENT_LIMIT)))

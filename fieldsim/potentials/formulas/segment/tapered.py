@@ -10,31 +10,12 @@ and for the Newtonian kernel M = r_far - r_near - lo S. From afar these cancel, 
 
 import math
 
+from fieldsim.numerics.quadrature import unit_legendre_8
 from fieldsim.portable import Table, portable, real
 from fieldsim.potentials.formulas.segment.segment import beside_line, newtonian_segment
 from fieldsim.potentials.kernels import Newtonian
 from fieldsim.potentials.primitives.tapered import TaperedSegment
 from fieldsim.potentials.registry import register
-
-
-@portable
-def _node(k: int):
-    """Gauss-Legendre node and weight k of 8 on 0..1."""
-    if k == 0:
-        return real(0.019855071751231884), real(0.05061426814518813)
-    if k == 1:
-        return real(0.10166676129318664), real(0.11119051722668724)
-    if k == 2:
-        return real(0.2372337950418355), real(0.15685332293894364)
-    if k == 3:
-        return real(0.4082826787521751), real(0.1813418916891810)
-    if k == 4:
-        return real(0.5917173212478249), real(0.1813418916891810)
-    if k == 5:
-        return real(0.7627662049581645), real(0.15685332293894364)
-    if k == 6:
-        return real(0.8983332387068134), real(0.11119051722668724)
-    return real(0.9801449282487681), real(0.05061426814518813)
 
 
 @portable
@@ -48,7 +29,7 @@ def _far(lo: real, rho2: real, length: real, d2: real, w_near: real, w_far: real
     mixed = real(0.0)
     bend = real(0.0)
     for k in range(8):
-        s, weight = _node(k)
+        s, weight = unit_legendre_8(k)
         q = lo + s * length
         i_r = real(1.0) / math.sqrt(q * q + d2)
         term = weight * length * (w_near + s * (w_far - w_near)) * i_r

@@ -7,6 +7,7 @@ piece with roots r = sqrt(g^2 + t^2), g^2 = d^2 + z^2. Interfaces as in `triangl
 import math
 
 from fieldsim.numerics.constants import THIRD
+from fieldsim.numerics.quadrature import legendre_4
 from fieldsim.portable import portable, real
 from fieldsim.potentials.formulas.segment.segment import newtonian_segment
 from fieldsim.potentials.formulas.triangle.edges import angles, formula
@@ -80,10 +81,12 @@ def polynomial_edge(d: real, lo: real, length: real, z: real, radius: real, fold
     middle = real(0.5) * (start + end)
     half = real(0.5) * (end - start)
     y0 = disc * per_r2
-    near = half * real(0.33998104358485626)
-    far = half * real(0.8611363115940526)
-    more = half * real(0.6521451548625461)
-    less = half * real(0.34785484513745385)
+    near, more = legendre_4(0)
+    far, less = legendre_4(1)
+    near *= half
+    more *= half
+    far *= half
+    less *= half
     s_a, t_a, f_a, g_a, h_a = _node(middle - far, less, square, per_r2, y0)
     s_b, t_b, f_b, g_b, h_b = _node(middle - near, more, square, per_r2, y0)
     s_c, t_c, f_c, g_c, h_c = _node(middle + near, more, square, per_r2, y0)

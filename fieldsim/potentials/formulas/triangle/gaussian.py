@@ -8,6 +8,7 @@ nodes give it and the field of the edge from the same exponentials; over a long 
 import math
 
 from fieldsim.numerics.owen import BEYOND, line_of_sight, tail, wedge
+from fieldsim.numerics.quadrature import legendre_12
 from fieldsim.portable import portable, real
 from fieldsim.potentials.formulas.point import EXPONENT_LIMIT
 from fieldsim.potentials.formulas.segment.segment import gaussian_segment
@@ -60,13 +61,14 @@ def _short_edge(lo: real, width: real, x2: real, whole: real, exponent: real):
     """Those integrals over t = lo..lo + width; twelve nodes are exact to rounding up to a width of SHORT."""
     half = real(0.5) * width
     middle = lo + half
-    e_1, part_1 = _pair(real(0.1252334085114689), real(0.24914704581340277), middle, half, x2, whole, exponent)
-    e_2, part_2 = _pair(real(0.3678314989981802), real(0.2334925365383548), middle, half, x2, whole, exponent)
-    e_3, part_3 = _pair(real(0.5873179542866175), real(0.20316742672306592), middle, half, x2, whole, exponent)
-    e_4, part_4 = _pair(real(0.7699026741943047), real(0.16007832854334622), middle, half, x2, whole, exponent)
-    e_5, part_5 = _pair(real(0.9041172563704749), real(0.10693932599531843), middle, half, x2, whole, exponent)
-    e_6, part_6 = _pair(real(0.9815606342467192), real(0.04717533638651183), middle, half, x2, whole, exponent)
-    return half * (e_1 + e_2 + e_3 + e_4 + e_5 + e_6), half * (part_1 + part_2 + part_3 + part_4 + part_5 + part_6)
+    e = real(0.0)
+    part = real(0.0)
+    for k in range(6):
+        node, weight = legendre_12(k)
+        more, more_part = _pair(node, weight, middle, half, x2, whole, exponent)
+        e += more
+        part += more_part
+    return half * e, half * part
 
 
 @portable

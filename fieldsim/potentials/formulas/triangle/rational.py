@@ -9,6 +9,7 @@ import math
 from fieldsim.numerics.angles import arctangent, arctangent_and_rest
 from fieldsim.numerics.clausen import clausen
 from fieldsim.numerics.constants import COS_30
+from fieldsim.numerics.quadrature import legendre_12, unit_legendre_6
 from fieldsim.numerics.sine_integrals import sine_fourth_series
 from fieldsim.portable import portable, real
 from fieldsim.potentials.formulas.triangle.cubature import points_a_side
@@ -100,12 +101,9 @@ def far_strip(d: real, lo: real, length: real, zeta: real):
         beta = g * length / base_g
         mean = real(0.0)
         gap = beta - alpha
-        mean += real(0.08566224618958518) * _mean_node(alpha + real(0.03376524289842399) * gap)
-        mean += real(0.1803807865240693) * _mean_node(alpha + real(0.16939530676686773) * gap)
-        mean += real(0.23395696728634552) * _mean_node(alpha + real(0.38069040695840156) * gap)
-        mean += real(0.23395696728634552) * _mean_node(alpha + real(0.6193095930415985) * gap)
-        mean += real(0.1803807865240693) * _mean_node(alpha + real(0.8306046932331322) * gap)
-        mean += real(0.08566224618958518) * _mean_node(alpha + real(0.966234757101576) * gap)
+        for k in range(6):
+            node, weight = unit_legendre_6(k)
+            mean += weight * _mean_node(alpha + node * gap)
         both = length / base_d / base_g
         return d * both - d / g * mean * lean * both / (g + d) + _atan_rest(alpha) / (g * (g + d))
     across = length * lean / (g + d)
@@ -247,12 +245,10 @@ def _distant_logs(d: real, lo: real, length: real, g2: real, scale: real):
     middle = lo + half
     d2 = d * d
     k = real(1.0) / (scale * scale)
-    total = _log_pair(real(0.1252334085114689), real(0.24914704581340277), middle, half, d2, g2, k)
-    total += _log_pair(real(0.3678314989981802), real(0.2334925365383548), middle, half, d2, g2, k)
-    total += _log_pair(real(0.5873179542866175), real(0.20316742672306592), middle, half, d2, g2, k)
-    total += _log_pair(real(0.7699026741943047), real(0.16007832854334622), middle, half, d2, g2, k)
-    total += _log_pair(real(0.9041172563704749), real(0.10693932599531843), middle, half, d2, g2, k)
-    total += _log_pair(real(0.9815606342467192), real(0.04717533638651183), middle, half, d2, g2, k)
+    total = real(0.0)
+    for j in range(6):
+        node, weight = legendre_12(j)
+        total += _log_pair(node, weight, middle, half, d2, g2, k)
     return real(0.5) * d * half * total
 
 

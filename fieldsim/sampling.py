@@ -15,6 +15,7 @@ import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import InputError
+from fieldsim.numerics.rotations import turned
 from fieldsim.types import ArrayLike, RealLike, VectorLike, WholeLike
 
 # Lengths whose cubes are finite.
@@ -162,16 +163,9 @@ def orbits(
     nodes /= np.linalg.norm(nodes, axis=1, keepdims=True)
     angle = np.arccos(random.uniform(np.cos(min(tilt, np.pi)), 1.0, len(nodes)))
     return {
-        "positions": _turned(flat["positions"], nodes, angle) + validate.vector("orbits", "center", center),
-        "velocities": _turned(flat["velocities"], nodes, angle),
+        "positions": turned(flat["positions"], nodes, angle) + validate.vector("orbits", "center", center),
+        "velocities": turned(flat["velocities"], nodes, angle),
     }
-
-
-def _turned(vectors, axes, angles):
-    """Rodrigues' formula, row by row."""
-    cos, sin = np.cos(angles)[:, None], np.sin(angles)[:, None]
-    along = np.einsum("ij,ij->i", axes, vectors)[:, None] * axes
-    return cos * vectors + sin * np.cross(axes, vectors) + (1.0 - cos) * along
 
 
 def box(

@@ -13,6 +13,7 @@ import warp as wp
 from fieldsim.errors import InputError
 from fieldsim.launch import launch
 from fieldsim.numerics import quaternion
+from fieldsim.numerics.rotations import about_axis
 from fieldsim.potentials import registry
 from fieldsim.potentials.elements import Elements, concatenate, place
 from fieldsim.potentials.row import ROW_WIDTH
@@ -129,13 +130,10 @@ def _poses(body, times):
 
 
 def spin_poses(spin, times):
-    """Rodrigues' formula for all times at once: spins are common, and pose by pose would cost more than the forces."""
-    x, y, z = spin.axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    angle = (spin.phase + spin.rate * times)[:, None, None]
-    rotations = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * (cross @ cross)
+    """All times at once: spins are common, and pose by pose would cost more than the forces."""
+    turns = about_axis(spin.axis, spin.phase + spin.rate * times)
     center = np.asarray(spin.center)
-    return rotations, center - rotations @ center
+    return turns, center - turns @ center
 
 
 def upload(sources: Sources, times: np.ndarray, device, fixed=None) -> Stages:

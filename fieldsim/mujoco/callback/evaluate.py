@@ -7,6 +7,7 @@ import functools
 import math
 
 from fieldsim.mujoco.callback.field_callbacks import caller
+from fieldsim.numerics.rotations import rotation
 
 
 def maker(native: bool):
@@ -21,28 +22,19 @@ def maker(native: bool):
 
 @functools.cache
 def turning(native: bool):
-    """Function (source, time, turns): fill turns (G, 9) with the rotations of the groups that spin (Rodrigues)."""
+    """Function (source, time, turns): fill turns (G, 9) with the rotations of the groups that spin."""
+    about = rotation.numba if native else rotation
 
     @maker(native)
     def fill(source, time, turns):
         motions = source.motions
         for g in range(motions.shape[0]):
             if source.groups[g, 2]:
-                x, y, z = motions[g, 0], motions[g, 1], motions[g, 2]
                 angle = motions[g, 4] + motions[g, 3] * time
-                s = math.sin(angle)
-                c = math.cos(angle)
-                # 1 - cos, without cancellation.
-                v = 2.0 * math.sin(0.5 * angle) ** 2
-                turns[g, 0] = c + v * x * x
-                turns[g, 1] = v * x * y - s * z
-                turns[g, 2] = v * x * z + s * y
-                turns[g, 3] = v * x * y + s * z
-                turns[g, 4] = c + v * y * y
-                turns[g, 5] = v * y * z - s * x
-                turns[g, 6] = v * x * z - s * y
-                turns[g, 7] = v * y * z + s * x
-                turns[g, 8] = c + v * z * z
+                m = about(motions[g, 0], motions[g, 1], motions[g, 2], angle)
+                turns[g, 0], turns[g, 1], turns[g, 2] = m[0], m[1], m[2]
+                turns[g, 3], turns[g, 4], turns[g, 5] = m[3], m[4], m[5]
+                turns[g, 6], turns[g, 7], turns[g, 8] = m[6], m[7], m[8]
 
     return fill
 

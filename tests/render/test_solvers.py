@@ -16,38 +16,9 @@ from fieldsim.render.scene.intervals import insert
 from fieldsim.render.scene.tables import Scene
 from fieldsim.render.scene.volumes import pierce_sphere
 from fieldsim.render.solvers import laguerre
-from fieldsim.render.solvers.polynomials import Polynomial, first_rise
 from fieldsim.render.solvers.referee import Referee
 
 CAMERA = fs.Camera((1.2, -3.4, 1.6), fov=36)
-
-
-@wp.kernel(module="unique", enable_backward=False)
-def _first_rises(start: int, polynomials: wp.array(dtype=Polynomial), found: wp.array(dtype=wp.float64)):
-    i = start + wp.tid()
-    found[i] = first_rise(polynomials[i])
-
-
-def test_the_first_rise_of_polynomials_is_numpys():
-    rng = np.random.default_rng(2)
-    coefficients = rng.normal(size=(400, 7)) * 10.0 ** rng.uniform(-3, 3, (400, 7))
-    # Of all degrees, also of degree 0.
-    coefficients[np.arange(7) > rng.integers(0, 7, 400)[:, None]] = 0.0
-    found = wp.full(400, np.nan, dtype=wp.float64, device="cpu")
-    polynomials = wp.array(coefficients, dtype=Polynomial, device="cpu")
-    launch.launch(_first_rises, 400, [polynomials], [found], device="cpu")
-    hits = 0
-    for own, c in zip(found.numpy(), coefficients, strict=True):
-        p = np.polynomial.Polynomial(c)
-        roots = p.roots()
-        real = roots[np.abs(roots.imag) < 1e-9].real
-        rising = real[(real > 0) & (real < 1) & (p.deriv()(real) > 0)]
-        if len(rising):
-            hits += 1
-            assert own == pytest.approx(rising.min(), abs=1e-9)
-        else:
-            assert own > 1 - 2e-6 or own < 2e-6
-    assert hits > 60
 
 
 @functools.cache

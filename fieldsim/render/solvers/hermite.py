@@ -24,12 +24,12 @@ import functools
 
 import warp as wp
 
+from fieldsim.numerics.roots import cubic_root
 from fieldsim.potentials import registry
 from fieldsim.potentials.kernels import Cauchy
 from fieldsim.potentials.primitives.base import Volume
 from fieldsim.render.scene import bounds
 from fieldsim.render.scene.tables import NO_HIT, Scene
-from fieldsim.render.solvers.cubics import cubic_root
 
 CEILING = wp.constant(1.0e30)  # F is clamped to this, with slope 0: Blinn's exp(256) is beyond float32
 NOTHING = wp.constant(1.0e-30)  # F below this counts as 0

@@ -10,10 +10,11 @@ import functools
 
 import warp as wp
 
+from fieldsim.numerics.roots import Polynomial, product
 from fieldsim.potentials import registry
 from fieldsim.render.scene.tables import Scene
 from fieldsim.render.solvers.hermite import CEILING
-from fieldsim.render.solvers.polynomials import Polynomial, polynomial_sweep, product
+from fieldsim.render.solvers.polynomials import polynomial_sweep
 
 _HALF, _TWO, _FOUR, _SIX, _EIGHT, _TWELVE, _SIXTEEN = (
     wp.constant(wp.float64(k)) for k in (0.5, 2.0, 4.0, 6.0, 8.0, 12.0, 16.0)

@@ -4,11 +4,12 @@ import functools
 
 import warp as wp
 
+from fieldsim.numerics.roots import Polynomial, product
 from fieldsim.potentials import registry
 from fieldsim.potentials.kernels import Quartic, SoftObject
 from fieldsim.potentials.primitives.point import Point
 from fieldsim.render.scene.tables import Scene
-from fieldsim.render.solvers.polynomials import Polynomial, polynomial_sweep, product
+from fieldsim.render.solvers.polynomials import polynomial_sweep
 
 KNOWN = ((SoftObject, Point), (Quartic, Point))
 

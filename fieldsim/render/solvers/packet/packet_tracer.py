@@ -11,7 +11,7 @@ import functools
 import warp as wp
 
 from fieldsim.render.scene.tables import FOREVER, NO_HIT
-from fieldsim.render.solvers import cubics, hermite
+from fieldsim.render.solvers import hermite
 from fieldsim.render.solvers.packet.gaussian_elements import BESSEL, CUT, KINDS, LEVEL, SHARE, GaussianElements
 from fieldsim.render.solvers.packet.simd import cpp
 
@@ -31,7 +31,7 @@ _CONSTANTS = {
     "NO_HIT": float(NO_HIT),
     "GIVEN_UP": float(GIVEN_UP),
     "ON_SURFACE": float(hermite.ON_SURFACE),
-    "MARGIN": float(cubics.MARGIN),
+    "MARGIN": 0.15,  # of log F; bounds the cubics' error where they decide to skip
     "CLOSE": 0.01,  # of log F; one Newton step from here leaves an error of its square
     "TRIES": 12,
     "SPLITS": 6,
@@ -205,7 +205,7 @@ auto longest = [&](V t) {
 };
 """
 
-# Cubics on 0..1 with values a, b and slopes da, db at the ends, as in `cubics`.
+# Cubics on 0..1 with values a, b and slopes da, db at the ends.
 _CUBICS = """
 auto cubic_root = [&](V a, V da, V b, V db) {
     const V c2 = 3.0f * (b - a) - 2.0f * da - db, c3 = da + db - 2.0f * (b - a);

@@ -1,10 +1,15 @@
 """Write docs/fields.md and docs/fields.png: `python -m benchmarks.chart`.
 
-The registered formulas with their places and cost, the accuracy reached on the reference values and at random
-points, and contours, all taken from the registry and measured here.
+The registered formulas with their files and cost, the accuracy reached on the reference values and at random
+points, and contours, all taken from the registry and measured here. `python -m benchmarks.chart --files` measures
+nothing and only brings the names of files up to date.
 """
 
+import collections
+import functools
 import pathlib
+import re
+import sys
 
 import numpy as np
 import warp as wp
@@ -13,6 +18,7 @@ from PIL import Image, ImageDraw
 import fieldsim as fs
 from benchmarks import accuracy
 from benchmarks.fields import KERNELS, PRIMITIVES, nanoseconds
+from fieldsim.portable import Portable
 from fieldsim.potentials import registry
 
 ROOT = pathlib.Path(__file__).parent.parent
@@ -41,12 +47,53 @@ def methods():
         for primitive in PRIMITIVES:
             cost = nanoseconds(kernel, primitive, wp.float64, 5)
             base = base or cost
-            jet = registry.FORMULAS[type(kernel), type(primitive)].jet
-            local = jet.bindings.get("kernel", jet)
+            file = file_of(type(kernel), type(primitive))
             method = METHODS.get(type(primitive), {}).get(type(kernel).__name__, "the kernel")
-            where = f"`{local.__module__.rsplit('.', 1)[-1]}.py`"
-            lines.append(f"| {_names(kernel, primitive)} | {method} | {where} | {cost:.0f} | {cost / base:.1f} |")
+            lines.append(f"| {_names(kernel, primitive)} | {method} | `{file}` | {cost:.0f} | {cost / base:.1f} |")
     return lines
+
+
+def functions_of(function: Portable) -> set[tuple[str, str]]:
+    """(module, name) of a portable function and of all that it calls."""
+    found, waiting = set(), [function]
+    while waiting:
+        one = waiting.pop()
+        found.add((one.__module__, one.__name__))
+        names = [one.bindings.get(name, one.function.__globals__.get(name)) for name in one.function.__code__.co_names]
+        waiting += [name for name in names if isinstance(name, Portable)]
+    return found
+
+
+@functools.cache
+def _functions():
+    return {key: functions_of(formula.jet) for key, formula in registry.FORMULAS.items()}
+
+
+def file_of(kernel: type, primitive: type) -> str:
+    """The file of a formula, relative to fieldsim/potentials: that of the functions which the fewest others use.
+
+    The kernel's law, which all its formulas use, does not count.
+    """
+    users = collections.Counter(one for functions in _functions().values() for one in functions)
+    law = _functions()[kernel, fs.Point] if primitive is not fs.Point else set()
+    own = {one for one in _functions()[kernel, primitive] - law if one[0].startswith("fieldsim.potentials.formulas.")}
+    fewest = min(users[one] for one in own)
+    modules = collections.Counter(sorted(one[0] for one in own if users[one] == fewest))
+    module = modules.most_common(1)[0][0]
+    return module.removeprefix("fieldsim.potentials.").replace(".", "/") + ".py"
+
+
+def update_files():
+    """Write today's files into the table of docs/fields.md, and leave all else as it is."""
+    page = ROOT / "docs" / "fields.md"
+
+    def renewed(row):
+        kernel, primitive = (getattr(fs, name) for name in row.group("kernel", "primitive"))
+        return f"{row['begin']}`{file_of(kernel, primitive)}`"
+
+    text = page.read_text(encoding="utf-8")
+    pattern = r"^(?P<begin>\| (?P<kernel>\w+) \| (?P<primitive>\w+) \| [^|]+ \| )`[^`]+`"
+    page.write_text(re.sub(pattern, renewed, text, flags=re.MULTILINE), encoding="utf-8")
 
 
 def errors():
@@ -115,7 +162,7 @@ function at fixed cost. Written by `python -m benchmarks.chart`, from the regist
 
 ## Methods and cost
 
-- *method*: what the formula is made of; *formula in*: the module of `fieldsim/potentials` where it stands, with source.
+- *method*: what the formula is made of; *formula in*: its file in `fieldsim/potentials`, with the source.
 - *ns*: nanoseconds per value and gradient in float64 on one core, and the same in *points* of that kernel.
 
 """
@@ -147,4 +194,4 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    update_files() if "--files" in sys.argv else main()

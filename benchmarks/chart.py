@@ -158,7 +158,8 @@ TEXT = """# The fields
 ![Contours of every formula](fields.png)
 
 Every kernel on every primitive has its value, gradient and Hessian in one evaluation: in closed form, or with a special
-function at fixed cost. Written by `python -m benchmarks.chart`, from the registry and from what it measured.
+function at fixed cost. Written by `python -m benchmarks.chart`, from the registry and from what it measured. How a
+formula is found and compiled: [architecture.md](architecture.md#the-road-of-a-row).
 
 ## Methods and cost
 

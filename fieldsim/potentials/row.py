@@ -24,7 +24,9 @@ Every name is declared once, below, and has three readers:
 - a number's name is its column, an int: `rows[i, STRENGTH]` in portable functions and kernels, `rows[..., SIZE]` in
   NumPy;
 - a vector's name is the slice of its columns: `rows[..., AXIS]` is a NumPy view (..., 3);
-- `axis_of(rows, i)`, with the vector's name in lower case, is the portable function that returns its x, y and z;
+- `axis_of(rows, i)`, with the vector's name in lower case, is the portable function that returns its x, y and z, and
+  `from_center(x, y, z, rows, i)` that of the offset of a point from it; `AXIS_X` is its first column, for code that
+  takes a vector's column as an argument or counts from it;
   `vector_reader(AXIS, wp.vec3)` makes the Warp function that returns them as one vector.
 
 Who adds columns of its own to rows (contact, the referee) declares them in a `Layout` that extends `ROW`.
@@ -33,7 +35,7 @@ Who adds columns of its own to rows (contact, the referee) declares them in a `L
 import dataclasses
 import functools
 
-from fieldsim.portable import Portable, Table, hole, portable
+from fieldsim.portable import Portable, Table, hole, portable, real
 
 
 @dataclasses.dataclass(frozen=True)
@@ -124,6 +126,11 @@ ROW_WIDTH = ROW.width
 POSITIONS = slice(CORNER_A.start, CORNER_C.stop)
 DIRECTIONS = slice(AXIS.start, NORMAL.stop)
 FIRST_COEFFICIENT = COEFFICIENTS.start
+POINT_X = START_X = CENTER_X = CORNER_A_X = POINT.start
+END_X = CORNER_B_X = END.start
+CORNER_C_X = CORNER_C.start
+AXIS_X = FIRST_X = EDGE_X = TO_CENTER_X = AXIS.start
+NORMAL_X = NORMAL.start
 # What only some primitives have.
 OWN = slice(PROFILE_SHAPE, COEFFICIENTS.stop)
 
@@ -138,10 +145,23 @@ def _vector(rows: Table, i: int):
     return rows[i, x_column], rows[i, y_column], rows[i, z_column]
 
 
+@portable
+def _offset(x: real, y: real, z: real, rows: Table, i: int):
+    return x - rows[i, x_column], y - rows[i, y_column], z - rows[i, z_column]
+
+
 def vector_of(columns: slice) -> Portable:
     """Portable (rows, i) -> the three numbers of row i in the columns of a vector."""
-    x, y, z = range(columns.start, columns.stop)
-    return _vector.bind(x_column=x, y_column=y, z_column=z)
+    return _vector.bind(**_named(columns))
+
+
+def offset_from(columns: slice) -> Portable:
+    """Portable (x, y, z, rows, i) -> the offset of (x, y, z) from the position of row i in the columns of a vector."""
+    return _offset.bind(**_named(columns))
+
+
+def _named(columns):
+    return dict(zip(("x_column", "y_column", "z_column"), range(columns.start, columns.stop), strict=True))
 
 
 point_of = start_of = center_of = corner_a_of = vector_of(POINT)
@@ -149,6 +169,7 @@ end_of = corner_b_of = vector_of(END)
 corner_c_of = vector_of(CORNER_C)
 axis_of = first_of = edge_of = to_center_of = vector_of(AXIS)
 normal_of = vector_of(NORMAL)
+from_point = from_start = from_center = from_corner_a = offset_from(POINT)
 
 
 def vector_reader(columns: slice, vector):

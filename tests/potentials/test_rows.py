@@ -55,6 +55,13 @@ def test_vectors_read_their_columns(name):
     np.testing.assert_array_equal(reader.numba(ROWS, 1), expected)
 
 
+def test_offsets_are_taken_from_positions():
+    point = 1.0, 2.0, 4.0
+    expected = np.array(point) - ROWS[1, row.CENTER]
+    np.testing.assert_array_equal(row.from_center(*point, ROWS, 1), expected)
+    np.testing.assert_array_equal(row.from_center.numba(*point, ROWS, 1), expected)
+
+
 def on_warp(function, scalar):
     compiled = function.warp(scalar)
 

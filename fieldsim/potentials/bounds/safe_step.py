@@ -141,9 +141,9 @@ def ceiling(d: real, rows: Table, i: int):
         away = math.sqrt(d * d + rows[i, SOFTENING] * rows[i, SOFTENING])
         return amount / _raised(away, rows[i, POWER])
     if family == real(GAUSSIANS):
-        u = rows[i, 1] * d
+        u = rows[i, KERNEL_WIDTH] * d
         return amount * math.exp(min(rows[i, 4] - u * u, real(_LIMIT)))
-    if family == real(COMPACT) and d >= rows[i, 1]:
+    if family == real(COMPACT) and d >= rows[i, KERNEL_WIDTH]:
         return real(0.0)
     return amount
 
@@ -168,12 +168,12 @@ def rise(f: real, slope: real, d: real, delta: real, rows: Table, i: int):
         growth = slope / f * delta
         rest = real(0.0)
         if rows[i, CORE] > real(0.0):
-            a2 = rows[i, 1] * rows[i, 1]
+            a2 = rows[i, KERNEL_WIDTH] * rows[i, KERNEL_WIDTH]
             growth = a2 * delta * (real(2.0) * rows[i, CORE] + delta)
             rest = real(TAIL_SHARE)
         return min(most, f * math.exp(min(growth, real(_LIMIT))) + rest)
     if family == real(COMPACT):
-        if d - delta >= rows[i, 1]:
+        if d - delta >= rows[i, KERNEL_WIDTH]:
             return real(0.0)
         root = math.sqrt(max(f, real(0.0))) + rows[i, SLOPE] * delta
         return root * root
@@ -191,7 +191,7 @@ def fall(f: real, slope: real, d: real, delta: real, rows: Table, i: int):
     if family == real(GAUSSIANS):
         if f < real(TRUSTED):
             return real(0.0)
-        u = rows[i, 1] * delta
+        u = rows[i, KERNEL_WIDTH] * delta
         return f * math.exp(max(slope / f * delta - u * u, -real(_LIMIT)))
     if family == real(COMPACT):
         root = max(math.sqrt(max(f, real(0.0))) - rows[i, SLOPE] * delta, real(0.0))

@@ -15,6 +15,7 @@ from fieldsim.potentials.formulas.triangle.compact import SOFT_2, SOFT_3, metaba
 from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Metaball, Newtonian, Quartic, SoftObject
 from fieldsim.potentials.primitives.plane import Plane
 from fieldsim.potentials.registry import register
+from fieldsim.potentials.row import FOLD, KERNEL_WIDTH, NORMAL_X, POINT_X, STRENGTH, from_point, normal_of
 
 # Closer to the plane than this part of the offset from its point, the height is computed with care.
 CLOSE = 0.125
@@ -102,10 +103,10 @@ def close_height(x: real, y: real, z: real, rows: Table, i: int, reach: real):
             p = y
         if k == 2:
             p = z
-        d, error = two_difference(p, rows[i, 5 + k])
+        d, error = two_difference(p, rows[i, POINT_X + k])
         high, low = split_at(d, grid)
         low += error
-        n_high, n_low = split_at(rows[i, 17 + k], unit)
+        n_high, n_low = split_at(rows[i, NORMAL_X + k], unit)
         lead += high * n_high
         rest += high * n_low + low * (n_high + n_low)
     return lead + rest
@@ -113,20 +114,16 @@ def close_height(x: real, y: real, z: real, rows: Table, i: int, reach: real):
 
 @portable
 def _element(x: real, y: real, z: real, rows: Table, i: int):
-    nx = rows[i, 17]
-    ny = rows[i, 18]
-    nz = rows[i, 19]
-    dx = x - rows[i, 5]
-    dy = y - rows[i, 6]
-    dz = z - rows[i, 7]
+    nx, ny, nz = normal_of(rows, i)
+    dx, dy, dz = from_point(x, y, z, rows, i)
     height = dx * nx + dy * ny + dz * nz
     reach = max(abs(dx), max(abs(dy), abs(dz)))
     if abs(height) < real(CLOSE) * reach:
         height = close_height(x, y, z, rows, i, reach)
-    f, slope, curve = kernel(height, rows[i, 1], rows[i, 4])  # noqa: F821 - bound below
-    f *= rows[i, 0]
-    slope *= rows[i, 0]
-    curve *= rows[i, 0]
+    f, slope, curve = kernel(height, rows[i, KERNEL_WIDTH], rows[i, FOLD])  # noqa: F821 - bound below
+    f *= rows[i, STRENGTH]
+    slope *= rows[i, STRENGTH]
+    curve *= rows[i, STRENGTH]
     return (
         f,
         slope * nx,

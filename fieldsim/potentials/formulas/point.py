@@ -6,6 +6,7 @@ from fieldsim.portable import Table, portable, real
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
 from fieldsim.potentials.primitives.point import Point
 from fieldsim.potentials.registry import register
+from fieldsim.potentials.row import FOLD, KERNEL_WIDTH, STRENGTH, from_point
 
 # Exponents are clamped here: exp(60) fits float32 with room for sums, and only a surface drawn with a fold above 60 (a
 # blobbiness below -60) has such exponents at all, deep inside, where nothing but "well above T" matters.
@@ -46,14 +47,12 @@ def newtonian_point(r2: real, softening: real, fold: real):
 @portable
 def point_jet(x: real, y: real, z: real, rows: Table, i: int):
     """Jet of a point. `kernel(r2, width, fold)` returns (F, F' / r, F'' - F' / r)."""
-    dx = x - rows[i, 5]
-    dy = y - rows[i, 6]
-    dz = z - rows[i, 7]
+    dx, dy, dz = from_point(x, y, z, rows, i)
     r2 = dx * dx + dy * dy + dz * dz
-    f, slope, bend = kernel(r2, rows[i, 1], rows[i, 4])  # noqa: F821 - bound by the formulas
-    f *= rows[i, 0]
-    slope *= rows[i, 0]
-    bend *= rows[i, 0]
+    f, slope, bend = kernel(r2, rows[i, KERNEL_WIDTH], rows[i, FOLD])  # noqa: F821 - bound by the formulas
+    f *= rows[i, STRENGTH]
+    slope *= rows[i, STRENGTH]
+    bend *= rows[i, STRENGTH]
     if not abs(slope) < real(math.inf):
         slope = real(0.0)
     gx = slope * dx

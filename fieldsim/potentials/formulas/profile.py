@@ -7,6 +7,18 @@ from fieldsim.potentials import registry
 from fieldsim.potentials.primitives.arc import Arc
 from fieldsim.potentials.primitives.profile import ProfiledArc, ProfiledSegment
 from fieldsim.potentials.primitives.segment import Segment
+from fieldsim.potentials.row import (
+    ANGLE,
+    FIRST_COEFFICIENT,
+    LENGTH,
+    PROFILE_DEGREE,
+    PROFILE_SHAPE,
+    axis_of,
+    first_of,
+    from_center,
+    from_start,
+    normal_of,
+)
 
 
 @portable
@@ -17,28 +29,28 @@ def _factor(u: real, rows: Table, i: int):
     s = u
     slope = real(1.0)
     bend = real(0.0)
-    if rows[i, 20] == real(1.0):
+    if rows[i, PROFILE_SHAPE] == real(1.0):
         s = real(1.0) - abs(real(2.0) * u - real(1.0))
         slope = real(2.0)
         if u > real(0.5):
             slope = -real(2.0)
         if u == real(0.5):
             slope = real(0.0)
-    if rows[i, 20] == real(2.0):
+    if rows[i, PROFILE_SHAPE] == real(2.0):
         sin = math.sin(real(math.pi) * u)
         cos = math.cos(real(math.pi) * u)
         s = sin * sin
         slope = real(2.0) * real(math.pi) * sin * cos
         bend = real(2.0) * real(math.pi) * real(math.pi) * (cos * cos - sin * sin)
     # Horner's scheme for the polynomial, its derivative and half its second derivative.
-    degree = int(rows[i, 21])
-    p = rows[i, 22 + degree]
+    degree = int(rows[i, PROFILE_DEGREE])
+    p = rows[i, FIRST_COEFFICIENT + degree]
     p1 = real(0.0)
     p2 = real(0.0)
     for k in range(degree):
         p2 = p2 * s + p1
         p1 = p1 * s + p
-        p = p * s + rows[i, 21 + degree - k]
+        p = p * s + rows[i, FIRST_COEFFICIENT - 1 + degree - k]
     if not inside:
         return p, real(0.0), real(0.0)
     return p, p1 * slope, real(2.0) * p2 * slope * slope + p1 * bend
@@ -47,27 +59,26 @@ def _factor(u: real, rows: Table, i: int):
 @portable
 def _along_segment(x: real, y: real, z: real, rows: Table, i: int):
     """u, its gradient, and its Hessian's six entries."""
-    inverse = real(1.0) / rows[i, 2]
-    gx = inverse * rows[i, 14]
-    gy = inverse * rows[i, 15]
-    gz = inverse * rows[i, 16]
+    inverse = real(1.0) / rows[i, LENGTH]
+    ux, uy, uz = axis_of(rows, i)
+    gx = inverse * ux
+    gy = inverse * uy
+    gz = inverse * uz
     zero = real(0.0)
-    u = (x - rows[i, 5]) * gx + (y - rows[i, 6]) * gy + (z - rows[i, 7]) * gz
+    dx, dy, dz = from_start(x, y, z, rows, i)
+    u = dx * gx + dy * gy + dz * gz
     return u, gx, gy, gz, zero, zero, zero, zero, zero, zero
 
 
 @portable
 def _along_arc(x: real, y: real, z: real, rows: Table, i: int):
     """u, its gradient, and its Hessian's six entries; 1/2 and 0 on the axis."""
-    sx = rows[i, 14]
-    sy = rows[i, 15]
-    sz = rows[i, 16]
-    tx = rows[i, 18] * sz - rows[i, 19] * sy
-    ty = rows[i, 19] * sx - rows[i, 17] * sz
-    tz = rows[i, 17] * sy - rows[i, 18] * sx
-    dx = x - rows[i, 5]
-    dy = y - rows[i, 6]
-    dz = z - rows[i, 7]
+    sx, sy, sz = first_of(rows, i)
+    nx, ny, nz = normal_of(rows, i)
+    tx = ny * sz - nz * sy
+    ty = nz * sx - nx * sz
+    tz = nx * sy - ny * sx
+    dx, dy, dz = from_center(x, y, z, rows, i)
     p = dx * sx + dy * sy + dz * sz
     q = dx * tx + dy * ty + dz * tz
     rho2 = p * p + q * q
@@ -77,7 +88,7 @@ def _along_arc(x: real, y: real, z: real, rows: Table, i: int):
     rho = math.sqrt(rho2)
     cos = p / rho
     sin = q / rho
-    angle = rows[i, 3]
+    angle = rows[i, ANGLE]
     # The azimuth from the start, cut on the far side of the arc's middle.
     turn = math.atan2(q, p)
     if turn < real(0.5) * angle - real(math.pi):

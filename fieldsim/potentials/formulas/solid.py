@@ -24,11 +24,32 @@ from fieldsim.potentials import registry
 from fieldsim.potentials.formulas.segment.segment import beside_line
 from fieldsim.potentials.kernels import Newtonian
 from fieldsim.potentials.primitives.face import Face
+from fieldsim.potentials.row import (
+    CORNER_A_X,
+    CORNER_B_X,
+    CORNER_C_X,
+    SIZE,
+    SOLID_REACH,
+    STRENGTH,
+    corner_a_of,
+    normal_of,
+    to_center_of,
+)
 
 # Beyond this many sizes of a face 16 points of degree 8 err less than closed forms, whose terms cancel.
 FAR = 15.0
 FAR_SINGLE = 2.0
 SERIES = [1 / k for k in (3, 5, 7, 9, 11, 13, 15, 17)]
+
+
+@portable
+def _between(rows: Table, i: int, start: int, end: int):
+    """The offset of the corner in columns end.. from that in columns start.."""
+    return (
+        rows[i, end] - rows[i, start],
+        rows[i, end + 1] - rows[i, start + 1],
+        rows[i, end + 2] - rows[i, start + 2],
+    )
 
 
 @portable
@@ -38,9 +59,7 @@ def _edge(x: real, y: real, z: real, rows: Table, i: int, start: int, end: int, 
     rho2: squared distance of its line; angle: its part of the solid angle, with the sign of d; L is 0 on the edge
     itself, where it is infinite.
     """
-    ux = rows[i, end] - rows[i, start]
-    uy = rows[i, end + 1] - rows[i, start + 1]
-    uz = rows[i, end + 2] - rows[i, start + 2]
+    ux, uy, uz = _between(rows, i, start, end)
     length = math.sqrt(ux * ux + uy * uy + uz * uz)
     ux /= length
     uy /= length
@@ -99,9 +118,9 @@ _line_and_angle = _line_and_angle.bind(**{f"s_{k}": value for k, value in enumer
 @portable
 def _near(x: real, y: real, z: real, rows: Table, i: int, nx: real, ny: real, nz: real):
     """(h, T, grad T) of a face by closed forms."""
-    rho_ab, h_ab, d_ab, l_ab, v_ab, ax, ay, az = _edge(x, y, z, rows, i, 5, 8, nx, ny, nz)
-    rho_bc, h_bc, d_bc, l_bc, v_bc, bx, by, bz = _edge(x, y, z, rows, i, 8, 11, nx, ny, nz)
-    rho_ca, h_ca, d_ca, l_ca, v_ca, cx, cy, cz = _edge(x, y, z, rows, i, 11, 5, nx, ny, nz)
+    rho_ab, h_ab, d_ab, l_ab, v_ab, ax, ay, az = _edge(x, y, z, rows, i, CORNER_A_X, CORNER_B_X, nx, ny, nz)
+    rho_bc, h_bc, d_bc, l_bc, v_bc, bx, by, bz = _edge(x, y, z, rows, i, CORNER_B_X, CORNER_C_X, nx, ny, nz)
+    rho_ca, h_ca, d_ca, l_ca, v_ca, cx, cy, cz = _edge(x, y, z, rows, i, CORNER_C_X, CORNER_A_X, nx, ny, nz)
     # The height as the nearest edge knows it, the most exact one.
     h = h_ab
     if rho_bc < rho_ab:
@@ -140,16 +159,19 @@ def _node(k: int):
 def _distant(x: real, y: real, z: real, rows: Table, i: int, area: real, mx: real, my: real, mz: real, r_c: real):
     """D, the integral of 1/r - 1/R over a face, and its gradient, by cubature; m: the centre seen from the query."""
     # Corners as seen from the centre, where differences of distances keep their digits.
-    ax = -rows[i, 14]
-    ay = -rows[i, 15]
-    az = -rows[i, 16]
-    bx = ax + (rows[i, 8] - rows[i, 5])
-    by = ay + (rows[i, 9] - rows[i, 6])
-    bz = az + (rows[i, 10] - rows[i, 7])
-    cx = ax + (rows[i, 11] - rows[i, 5])
-    cy = ay + (rows[i, 12] - rows[i, 6])
-    cz = az + (rows[i, 13] - rows[i, 7])
-    reach2 = rows[i, 3] * rows[i, 3]
+    ax, ay, az = to_center_of(rows, i)
+    ax = -ax
+    ay = -ay
+    az = -az
+    bx, by, bz = _between(rows, i, CORNER_A_X, CORNER_B_X)
+    bx += ax
+    by += ay
+    bz += az
+    cx, cy, cz = _between(rows, i, CORNER_A_X, CORNER_C_X)
+    cx += ax
+    cy += ay
+    cz += az
+    reach2 = rows[i, SOLID_REACH] * rows[i, SOLID_REACH]
     i_c = real(1.0) / r_c
     d = real(0.0)
     tx = real(0.0)
@@ -194,26 +216,22 @@ def _distant(x: real, y: real, z: real, rows: Table, i: int, area: real, mx: rea
 @portable
 def face_jet(x: real, y: real, z: real, rows: Table, i: int):
     """Jet of a solid's face. On faces omega counts as 0, the mean of both sides; infinite parts of L on edges as 0."""
-    nx = rows[i, 17]
-    ny = rows[i, 18]
-    nz = rows[i, 19]
+    nx, ny, nz = normal_of(rows, i)
     # From the query point to a; from a to the centre; from the query point to the centre.
-    ax = rows[i, 5] - x
-    ay = rows[i, 6] - y
-    az = rows[i, 7] - z
-    mx = ax + rows[i, 14]
-    my = ay + rows[i, 15]
-    mz = az + rows[i, 16]
-    bx = rows[i, 8] - rows[i, 5]
-    by = rows[i, 9] - rows[i, 6]
-    bz = rows[i, 10] - rows[i, 7]
-    cx = rows[i, 11] - rows[i, 5]
-    cy = rows[i, 12] - rows[i, 6]
-    cz = rows[i, 13] - rows[i, 7]
+    ax, ay, az = corner_a_of(rows, i)
+    ax -= x
+    ay -= y
+    az -= z
+    ox, oy, oz = to_center_of(rows, i)
+    mx = ax + ox
+    my = ay + oy
+    mz = az + oz
+    bx, by, bz = _between(rows, i, CORNER_A_X, CORNER_B_X)
+    cx, cy, cz = _between(rows, i, CORNER_A_X, CORNER_C_X)
     area = real(0.5) * (nx * (by * cz - bz * cy) + ny * (bz * cx - bx * cz) + nz * (bx * cy - by * cx))
-    reach = rows[i, 3]
+    reach = rows[i, SOLID_REACH]
     r_c = math.sqrt(mx * mx + my * my + mz * mz + reach * reach)
-    size = rows[i, 2]
+    size = rows[i, SIZE]
     far = real(FAR) * size
     if is_single():
         far = real(FAR_SINGLE) * size
@@ -230,8 +248,8 @@ def face_jet(x: real, y: real, z: real, rows: Table, i: int):
         ty -= share * my
         tz -= share * mz
     # Half of h T: what is left of it where 1/R is taken away.
-    level = -(rows[i, 14] * nx + rows[i, 15] * ny + rows[i, 16] * nz)
-    s = rows[i, 0]
+    level = -(ox * nx + oy * ny + oz * nz)
+    s = rows[i, STRENGTH]
     half = real(0.5) * s
     d *= s
     return (

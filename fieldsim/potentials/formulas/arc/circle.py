@@ -17,6 +17,7 @@ from fieldsim.potentials.formulas.point import EXPONENT_LIMIT
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
 from fieldsim.potentials.primitives.circle import Circle
 from fieldsim.potentials.registry import register
+from fieldsim.potentials.row import FOLD, KERNEL_WIDTH, RADIUS, STRENGTH, from_center, normal_of
 
 # Ratio of squared distances below which a bare wire may overflow what its field is made of.
 CLOSEST = 1e-30
@@ -134,13 +135,9 @@ def circle_jet(x: real, y: real, z: real, rows: Table, i: int):
     `kernel(rho, inner, z, radius, width, fold)`, inner = rho - radius, returns (F, F_rho / rho, F_z, F_rhorho, F_zz,
     F_rhoz): divided by rho, the slope needs no direction on the axis.
     """
-    radius = rows[i, 2]
-    nx = rows[i, 17]
-    ny = rows[i, 18]
-    nz = rows[i, 19]
-    wx = x - rows[i, 5]
-    wy = y - rows[i, 6]
-    wz = z - rows[i, 7]
+    radius = rows[i, RADIUS]
+    nx, ny, nz = normal_of(rows, i)
+    wx, wy, wz = from_center(x, y, z, rows, i)
     height = wx * nx + wy * ny + wz * nz
     wx -= height * nx
     wy -= height * ny
@@ -148,18 +145,18 @@ def circle_jet(x: real, y: real, z: real, rows: Table, i: int):
     rho = math.sqrt(wx * wx + wy * wy + wz * wz)
     inner, height = ring_offset(x, y, z, rows, i, rho, height)
     f, across, along, radial, along_along, mixed = kernel(  # noqa: F821 - bound below
-        rho, inner, height, radius, rows[i, 1], rows[i, 4]
+        rho, inner, height, radius, rows[i, KERNEL_WIDTH], rows[i, FOLD]
     )
-    f *= rows[i, 0]
-    across *= rows[i, 0]
-    along *= rows[i, 0]
+    f *= rows[i, STRENGTH]
+    across *= rows[i, STRENGTH]
+    along *= rows[i, STRENGTH]
     gx = across * wx + along * nx
     gy = across * wy + along * ny
     gz = across * wz + along * nz
     # The Hessian is `across` in all directions, what it has more along the radius and the normal, and the mixed rest.
-    bend = radial * rows[i, 0] - across
-    lift = along_along * rows[i, 0] - across
-    mixed *= rows[i, 0]
+    bend = radial * rows[i, STRENGTH] - across
+    lift = along_along * rows[i, STRENGTH] - across
+    mixed *= rows[i, STRENGTH]
     if rho > real(0.0):
         wx /= rho
         wy /= rho

@@ -7,6 +7,7 @@ whose sum has twice the digits (see `numerics.compensated`).
 
 from fieldsim.numerics.compensated import pair_product, pair_sum, two_difference
 from fieldsim.portable import Table, portable, real
+from fieldsim.potentials.row import ANGLE, FIRST_X, NORMAL_X, center_of, normal_of
 
 # Closer to an end than this part of the radius, its distance is computed with care.
 BESIDE = 1 / 64
@@ -29,8 +30,8 @@ def _dot(ax: real, ax_low: real, ay: real, ay_low: real, az: real, az_low: real,
 @portable
 def _binormal(rows: Table, i: int, j: int, k: int):
     """The component of normal x start to which their columns j and k (0, 1, 2) make up, as a pair."""
-    p, p_low = pair_product(rows[i, 17 + j], real(0.0), rows[i, 14 + k], real(0.0))
-    q, q_low = pair_product(rows[i, 17 + k], real(0.0), rows[i, 14 + j], real(0.0))
+    p, p_low = pair_product(rows[i, NORMAL_X + j], real(0.0), rows[i, FIRST_X + k], real(0.0))
+    q, q_low = pair_product(rows[i, NORMAL_X + k], real(0.0), rows[i, FIRST_X + j], real(0.0))
     return pair_sum(p, p_low, -q, -q_low)
 
 
@@ -60,9 +61,10 @@ def _along_the_start(x: real, y: real, z: real, rows: Table, i: int):
 
     The start counts across the normal, and both are in the same unit, 1 to rounding.
     """
-    dx, dx_low = two_difference(x, rows[i, 5])
-    dy, dy_low = two_difference(y, rows[i, 6])
-    dz, dz_low = two_difference(z, rows[i, 7])
+    cx, cy, cz = center_of(rows, i)
+    dx, dx_low = two_difference(x, cx)
+    dy, dy_low = two_difference(y, cy)
+    dz, dz_low = two_difference(z, cz)
     bx, bx_low = _binormal(rows, i, 1, 2)
     by, by_low = _binormal(rows, i, 2, 0)
     bz, bz_low = _binormal(rows, i, 0, 1)
@@ -72,11 +74,12 @@ def _along_the_start(x: real, y: real, z: real, rows: Table, i: int):
     p, p_low = pair_product(dz, dz_low, bz, bz_low)
     q, q_low = pair_sum(q, q_low, p, p_low)
     # Towards the start; what this has along the normal is taken off, and the normal is 1 to rounding only.
-    p, p_low = _dot(dx, dx_low, dy, dy_low, dz, dz_low, rows, i, 14)
+    p, p_low = _dot(dx, dx_low, dy, dy_low, dz, dz_low, rows, i, FIRST_X)
     zero = real(0.0)
-    lean, lean_low = _dot(rows[i, 17], zero, rows[i, 18], zero, rows[i, 19], zero, rows, i, 14)
-    size, size_low = _dot(rows[i, 17], zero, rows[i, 18], zero, rows[i, 19], zero, rows, i, 17)
-    height = dx * rows[i, 17] + dy * rows[i, 18] + dz * rows[i, 19]
+    nx, ny, nz = normal_of(rows, i)
+    lean, lean_low = _dot(nx, zero, ny, zero, nz, zero, rows, i, FIRST_X)
+    size, size_low = _dot(nx, zero, ny, zero, nz, zero, rows, i, NORMAL_X)
+    height = dx * nx + dy * ny + dz * nz
     excess = real(0.5) * ((size - real(1.0)) + size_low)
     p, p_low = pair_sum(p, p_low, p * excess - (lean + lean_low) * height, zero)
     return q, q_low, p, p_low
@@ -93,7 +96,7 @@ def beside_start(x: real, y: real, z: real, rows: Table, i: int):
 def beside_end(x: real, y: real, z: real, rows: Table, i: int):
     """The offset along the tangent at the arc's end."""
     q, q_low, p, p_low = _along_the_start(x, y, z, rows, i)
-    s, s_low, v, v_low = _sine_versine(rows[i, 3])
+    s, s_low, v, v_low = _sine_versine(rows[i, ANGLE])
     a, a_low = pair_product(q, q_low, v, v_low)
     q, q_low = pair_sum(q, q_low, -a, -a_low)
     b, b_low = pair_product(p, p_low, s, s_low)

@@ -11,6 +11,18 @@ from fieldsim.numerics.constants import TAU
 from fieldsim.numerics.precision import is_single
 from fieldsim.portable import Table, portable, real
 from fieldsim.potentials.formulas.arc.ends import BESIDE, BESIDE_SINGLE, beside_end, beside_start
+from fieldsim.potentials.row import (
+    ANGLE,
+    CENTER_X,
+    FOLD,
+    KERNEL_WIDTH,
+    NORMAL_X,
+    RADIUS,
+    STRENGTH,
+    first_of,
+    from_center,
+    normal_of,
+)
 
 # Closer to the ring than this part of its radius, the offset from it is computed with care.
 CLOSE = 0.125
@@ -25,7 +37,7 @@ def close_to_the_ring(x: real, y: real, z: real, rows: Table, i: int):
     two halves of their digits, whose leading products are exact (a compiler may fuse them) and cancel exactly.
     """
     unit = real(4.0) * half_digits()
-    radius = rows[i, 2]
+    radius = rows[i, RADIUS]
     grid = unit * radius
     high, low = split_at(radius, grid)
     # Sums over the coordinates, by size: of the offset's squares less the radius's, and of the offset times the normal.
@@ -40,13 +52,13 @@ def close_to_the_ring(x: real, y: real, z: real, rows: Table, i: int):
             p = y
         if k == 2:
             p = z
-        d, error = two_difference(p, rows[i, 5 + k])
+        d, error = two_difference(p, rows[i, CENTER_X + k])
         high, low = split_at(d, grid)
         low += error
         lead += high * high
         cross += high * low
         rest += low * low
-        n_high, n_low = split_at(rows[i, 17 + k], unit)
+        n_high, n_low = split_at(rows[i, NORMAL_X + k], unit)
         height += high * n_high
         height_rest += high * n_low + low * (n_high + n_low)
     height += height_rest
@@ -56,7 +68,7 @@ def close_to_the_ring(x: real, y: real, z: real, rows: Table, i: int):
 @portable
 def ring_offset(x: real, y: real, z: real, rows: Table, i: int, rho: real, height: real):
     """Offset from the ring, (rho - radius, height): close to it with more digits than coordinates have."""
-    radius = rows[i, 2]
+    radius = rows[i, RADIUS]
     inner = rho - radius
     if abs(inner) + abs(height) < real(CLOSE) * radius:
         depth, height = close_to_the_ring(x, y, z, rows, i)
@@ -67,7 +79,7 @@ def ring_offset(x: real, y: real, z: real, rows: Table, i: int, rho: real, heigh
 @portable
 def plain_offset(x: real, y: real, z: real, rows: Table, i: int, rho: real, height: real):
     """As `ring_offset`, for fields that are smooth on the wire."""
-    return rho - rows[i, 2], height
+    return rho - rows[i, RADIUS], height
 
 
 @portable
@@ -97,7 +109,7 @@ def no_ends(x: real, y: real, z: real, rows: Table, i: int, rho: real, near: rea
 @portable
 def plain_ends(x: real, y: real, z: real, rows: Table, i: int, rho: real, near: real, c0: real, s0: real):
     """s0, c1, s1, turn and versine, as in `arc_jet`; near: the query's distance from the ring, or more."""
-    sin, cos = sine_cosine(real(0.25) * rows[i, 3])
+    sin, cos = sine_cosine(real(0.25) * rows[i, ANGLE])
     turn = real(2.0) * sin * cos
     versine = real(2.0) * sin * sin
     return s0, c0 - (c0 * versine + s0 * turn), s0 - (s0 * versine - c0 * turn), turn, versine
@@ -110,10 +122,10 @@ def sharp_ends(x: real, y: real, z: real, rows: Table, i: int, rho: real, near: 
     beside = real(BESIDE)
     if is_single():
         beside = real(BESIDE_SINGLE)
-    if near < beside * rows[i, 2] and rows[i, 3] < real(TAU):
-        if near + abs(s0) * rho < beside * rows[i, 2]:
+    if near < beside * rows[i, RADIUS] and rows[i, ANGLE] < real(TAU):
+        if near + abs(s0) * rho < beside * rows[i, RADIUS]:
             s0 = -real(0.5) * beside_start(x, y, z, rows, i) / (rho * c0)
-        if near + abs(s1) * rho < beside * rows[i, 2]:
+        if near + abs(s1) * rho < beside * rows[i, RADIUS]:
             s1 = -real(0.5) * beside_end(x, y, z, rows, i) / (rho * c1)
     return s0, c1, s1, turn, versine
 
@@ -127,18 +139,12 @@ def arc_jet(x: real, y: real, z: real, rows: Table, i: int):
     (c0, s0) are the cosine and sine of v0, half the angle from the query's azimuth to the start, in (-pi, 0]; (c1, s1)
     of v1 = v0 + angle / 2, and turn = sin(angle / 2), versine = 1 - cos(angle / 2).
     """
-    ux = rows[i, 14]
-    uy = rows[i, 15]
-    uz = rows[i, 16]
-    nx = rows[i, 17]
-    ny = rows[i, 18]
-    nz = rows[i, 19]
+    ux, uy, uz = first_of(rows, i)
+    nx, ny, nz = normal_of(rows, i)
     vx = ny * uz - nz * uy
     vy = nz * ux - nx * uz
     vz = nx * uy - ny * ux
-    dx = x - rows[i, 5]
-    dy = y - rows[i, 6]
-    dz = z - rows[i, 7]
+    dx, dy, dz = from_center(x, y, z, rows, i)
     p = dx * ux + dy * uy + dz * uz
     q = dx * vx + dy * vy + dz * vz
     rho = math.sqrt(p * p + q * q)
@@ -154,7 +160,19 @@ def arc_jet(x: real, y: real, z: real, rows: Table, i: int):
         x, y, z, rows, i, rho, abs(inner) + abs(height), c0, s0
     )
     f, fa, fb, fn, faa, fbb, fnn, fab, fan, fbn = kernel(  # noqa: F821 - bound by the formulas
-        rho, inner, height, rows[i, 2], rows[i, 3], c0, s0, c1, s1, turn, versine, rows[i, 1], rows[i, 4]
+        rho,
+        inner,
+        height,
+        rows[i, RADIUS],
+        rows[i, ANGLE],
+        c0,
+        s0,
+        c1,
+        s1,
+        turn,
+        versine,
+        rows[i, KERNEL_WIDTH],
+        rows[i, FOLD],
     )
     # Finite or not: unlike `isfinite`, a comparison lets compilers drop the Hessian where nobody asks for it.
     if not abs(fa + fb + fn) < real(math.inf):
@@ -168,7 +186,7 @@ def arc_jet(x: real, y: real, z: real, rows: Table, i: int):
         fab = real(0.0)
         fan = real(0.0)
         fbn = real(0.0)
-    strength = rows[i, 0]
+    strength = rows[i, STRENGTH]
     # The radial direction a and the azimuthal one b.
     ax = cos * ux + sin * vx
     ay = cos * uy + sin * vy

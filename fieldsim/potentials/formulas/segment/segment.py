@@ -21,6 +21,7 @@ from fieldsim.potentials.formulas.segment.inverse_powers import inverse_powers
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
 from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.potentials.registry import register
+from fieldsim.potentials.row import END_X, FOLD, KERNEL_WIDTH, LENGTH, START_X, STRENGTH, axis_of
 
 HALF_SQRT_PI = math.sqrt(math.pi) / 2
 # Below this width in units of 1/a a Gaussian segment is integrated by eight Gauss-Legendre nodes, exact to rounding.
@@ -224,17 +225,15 @@ def segment_jet(x: real, y: real, z: real, rows: Table, i: int):
 
     `kernel(lo, rho2, length, width, fold)` returns (F, F_lo, F_rho / rho, F_lolo, F_lorho, F_rhorho - F_rho / rho).
     """
-    length = rows[i, 2]
-    ux = rows[i, 14]
-    uy = rows[i, 15]
-    uz = rows[i, 16]
-    out, lo, wx, wy, wz, rho2 = beside_line(x, y, z, rows, i, 5, 8, ux, uy, uz, length)
-    f, slope, across, slope_slope, mixed, bend = kernel(lo, rho2, length, rows[i, 1], rows[i, 4])  # noqa: F821
-    f *= rows[i, 0]
-    slope *= out * rows[i, 0]
-    across *= rows[i, 0]
-    mixed *= out * rows[i, 0]
-    bend *= rows[i, 0]
+    length = rows[i, LENGTH]
+    ux, uy, uz = axis_of(rows, i)
+    out, lo, wx, wy, wz, rho2 = beside_line(x, y, z, rows, i, START_X, END_X, ux, uy, uz, length)
+    f, slope, across, slope_slope, mixed, bend = kernel(lo, rho2, length, rows[i, KERNEL_WIDTH], rows[i, FOLD])  # noqa: F821
+    f *= rows[i, STRENGTH]
+    slope *= out * rows[i, STRENGTH]
+    across *= rows[i, STRENGTH]
+    mixed *= out * rows[i, STRENGTH]
+    bend *= rows[i, STRENGTH]
     if not abs(slope + across) < real(math.inf):
         slope = real(0.0)
         across = real(0.0)
@@ -242,7 +241,7 @@ def segment_jet(x: real, y: real, z: real, rows: Table, i: int):
     gy = slope * uy + across * wy
     gz = slope * uz + across * wz
     # The Hessian is `across` in all directions, what it has more along, and the rest with the offset from the line.
-    lift = slope_slope * rows[i, 0] - across
+    lift = slope_slope * rows[i, STRENGTH] - across
     if not abs(lift + mixed + bend) < real(math.inf):
         across = real(0.0)
         lift = real(0.0)

@@ -16,6 +16,7 @@ from fieldsim.potentials.formulas.segment.segment import beside_line, newtonian_
 from fieldsim.potentials.kernels import Newtonian
 from fieldsim.potentials.primitives.tapered import TaperedSegment
 from fieldsim.potentials.registry import register
+from fieldsim.potentials.row import END_DENSITY, END_X, KERNEL_WIDTH, LENGTH, START_DENSITY, START_X, STRENGTH, axis_of
 
 
 @portable
@@ -88,18 +89,18 @@ def newtonian_tapered(lo: real, rho2: real, length: real, softening: real, w_nea
 @portable
 def tapered_jet(x: real, y: real, z: real, rows: Table, i: int):
     """Jet of a tapered segment; placed as in `segment_jet`, knowing which end is near."""
-    length = rows[i, 2]
-    ux = rows[i, 14]
-    uy = rows[i, 15]
-    uz = rows[i, 16]
-    out, lo, wx, wy, wz, rho2 = beside_line(x, y, z, rows, i, 5, 8, ux, uy, uz, length)
-    w_near = rows[i, 20]
-    w_far = rows[i, 21]
+    length = rows[i, LENGTH]
+    ux, uy, uz = axis_of(rows, i)
+    out, lo, wx, wy, wz, rho2 = beside_line(x, y, z, rows, i, START_X, END_X, ux, uy, uz, length)
+    w_near = rows[i, START_DENSITY]
+    w_far = rows[i, END_DENSITY]
     if out > real(0.0):
-        w_near = rows[i, 21]
-        w_far = rows[i, 20]
-    f, slope, across, slope_slope, mixed, bend = newtonian_tapered(lo, rho2, length, rows[i, 1], w_near, w_far)
-    strength = rows[i, 0]
+        w_near = rows[i, END_DENSITY]
+        w_far = rows[i, START_DENSITY]
+    f, slope, across, slope_slope, mixed, bend = newtonian_tapered(
+        lo, rho2, length, rows[i, KERNEL_WIDTH], w_near, w_far
+    )
+    strength = rows[i, STRENGTH]
     slope *= out * strength
     across *= strength
     mixed *= out * strength

@@ -19,6 +19,18 @@ from fieldsim.numerics.angles import arctangent, turned
 from fieldsim.numerics.compensated import split_at, two_difference
 from fieldsim.numerics.constants import TAU, THIRD
 from fieldsim.portable import Table, portable, real
+from fieldsim.potentials.row import (
+    AREA,
+    CORNER_A_X,
+    CORNER_B_X,
+    CORNER_C_X,
+    FOLD,
+    KERNEL_WIDTH,
+    SIZE,
+    STRENGTH,
+    edge_of,
+    normal_of,
+)
 
 FAR = 6.0
 # Closer than this many sizes to the plane or a line, and farther than the root of AT_CORNER from a corner, with care.
@@ -202,30 +214,26 @@ def triangle_jet(x: real, y: real, z: real, rows: Table, i: int):
     From the squared distance of its middle, `is_gone(away, size, k)` tells whether the kernel vanishes all over it, and
     `points` how many points a side `distant` takes; 0 where it does not do.
     """
-    e1x = rows[i, 14]
-    e1y = rows[i, 15]
-    e1z = rows[i, 16]
-    nx = rows[i, 17]
-    ny = rows[i, 18]
-    nz = rows[i, 19]
+    e1x, e1y, e1z = edge_of(rows, i)
+    nx, ny, nz = normal_of(rows, i)
     e2x = ny * e1z - nz * e1y
     e2y = nz * e1x - nx * e1z
     e2z = nx * e1y - ny * e1x
     # Corners as seen from the point, the nearest first: in its vicinity offsets from it keep their digits.
-    base = 5
-    left = 8
-    right = 11
-    a2 = _apart(x, y, z, rows, i, 5)
-    b2 = _apart(x, y, z, rows, i, 8)
-    c2 = _apart(x, y, z, rows, i, 11)
+    base = CORNER_A_X
+    left = CORNER_B_X
+    right = CORNER_C_X
+    a2 = _apart(x, y, z, rows, i, CORNER_A_X)
+    b2 = _apart(x, y, z, rows, i, CORNER_B_X)
+    c2 = _apart(x, y, z, rows, i, CORNER_C_X)
     if b2 < a2:
-        base = 8
-        left = 11
-        right = 5
+        base = CORNER_B_X
+        left = CORNER_C_X
+        right = CORNER_A_X
     if c2 < min(a2, b2):
-        base = 11
-        left = 5
-        right = 8
+        base = CORNER_C_X
+        left = CORNER_A_X
+        right = CORNER_B_X
     dx = rows[i, base] - x
     dy = rows[i, base + 1] - y
     dz = rows[i, base + 2] - z
@@ -243,9 +251,9 @@ def triangle_jet(x: real, y: real, z: real, rows: Table, i: int):
     dz = rows[i, right + 2] - z
     cx = dx * e1x + dy * e1y + dz * e1z
     cy = dx * e2x + dy * e2y + dz * e2z
-    size = rows[i, 2]
-    k = rows[i, 1]
-    fold = rows[i, 4]
+    size = rows[i, SIZE]
+    k = rows[i, KERNEL_WIDTH]
+    fold = rows[i, FOLD]
     middle_x = real(THIRD) * (ax + bx + cx)
     middle_y = real(THIRD) * (ay + by + cy)
     away = middle_x * middle_x + middle_y * middle_y + height * height
@@ -255,7 +263,7 @@ def triangle_jet(x: real, y: real, z: real, rows: Table, i: int):
     side = points(away, size, k)  # noqa: F821 - bound by the kernel
     if side > 0:
         f, f1, f2, f3, f11, f22, f33, f12, f13, f23 = distant(  # noqa: F821
-            side, ax, ay, bx, by, cx, cy, height, rows[i, 3], k, fold
+            side, ax, ay, bx, by, cx, cy, height, rows[i, AREA], k, fold
         )
     else:
         d_ab = _distance(ax, ay, bx, by)
@@ -264,7 +272,7 @@ def triangle_jet(x: real, y: real, z: real, rows: Table, i: int):
         close = min(abs(height), min(abs(d_ab), min(abs(d_bc), abs(d_ca))))
         if close < real(CLOSE) * size and nearest > real(AT_CORNER) * size * size:
             # Close to the plane or a line what is left of the offsets is mostly rounding; once more, with care.
-            twice = real(2.0) * rows[i, 3]
+            twice = real(2.0) * rows[i, AREA]
             s = (ay * (cx - ax) - ax * (cy - ay)) / twice
             t = (ax * (by - ay) - ay * (bx - ax)) / twice
             dx = _remainder(x, rows[i, base], rows[i, left], rows[i, right], s, t, size)
@@ -282,7 +290,7 @@ def triangle_jet(x: real, y: real, z: real, rows: Table, i: int):
         f, f1, f2, f3, f11, f22, f33, f12, f13, f23 = closed_form(  # noqa: F821
             ax, ay, bx, by, cx, cy, d_ab, d_bc, d_ca, height, k, fold
         )
-    w = rows[i, 0]
+    w = rows[i, STRENGTH]
     # Hessian times each axis, then those times each axis again.
     g1x = w * (f11 * e1x + f12 * e2x + f13 * nx)
     g1y = w * (f11 * e1y + f12 * e2y + f13 * ny)

@@ -37,7 +37,7 @@ class Cloud:
 
     @functools.cached_property
     def packed(self):
-        """Kinds (N,) and rows (N, WIDTH) of every point's element."""
+        """Kinds (N,) and rows (N, ROW_WIDTH) of every point's element."""
         elements = [pack([s], [k], 1.0) for s, k in zip(self.shapes, self.kernels, strict=True)]
         kinds = np.concatenate([e.kinds for e in elements])
         return kinds[self.owner], np.concatenate([e.rows for e in elements])[self.owner]

@@ -32,7 +32,7 @@ def jets(target, kinds, rows, points):
 
 
 def rows_of(primitives, kernels):
-    """Kinds (N,) and packed rows (N, WIDTH) of single elements of unit strength, in the given order."""
+    """Kinds (N,) and packed rows (N, ROW_WIDTH) of single elements of unit strength, in the given order."""
     parts = [pack([p], [k], 1.0) for p, k in zip(primitives, kernels, strict=True)]
     return np.concatenate([part.kinds for part in parts]), np.concatenate([part.rows for part in parts])
 

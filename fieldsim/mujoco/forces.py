@@ -26,7 +26,7 @@ from fieldsim.mujoco.callback.field_callbacks import LENGTHS
 from fieldsim.mujoco.callback.generalised_forces import actor
 from fieldsim.mujoco.callback.tables import Plan, SourcesLike, Table, given_sources, sources_of
 from fieldsim.mujoco.contact.geoms import Contact, body_balls, longest_step, slope_of, warn_of_untouched
-from fieldsim.mujoco.contact.potential import WIDTH
+from fieldsim.mujoco.contact.rows import BALL, CENTER, RADIUS
 from fieldsim.mujoco.energy import ModelEnergy, copy_state, own_energies
 from fieldsim.mujoco.points import SIX, geom_points
 from fieldsim.mujoco.watch import Watch
@@ -224,7 +224,7 @@ class FieldForces(Uncopied):
             _firsts(points),
             np.concatenate([np.zeros((0, 4)), *points]),
             _firsts(balls),
-            np.concatenate([np.zeros((0, WIDTH)), *balls]),
+            np.concatenate([np.zeros((0, BALL.width)), *balls]),
             np.array([_reach(rows) for rows in balls]),
             law,
             self._gravity.arrays,
@@ -246,11 +246,11 @@ class FieldForces(Uncopied):
 
     def _balls(self):
         if not self.contact:
-            return [np.zeros((0, WIDTH))] * len(self.bodies)
+            return [np.zeros((0, BALL.width))] * len(self.bodies)
         radius = min(material.radius for material in self._materials)
         moves = checks.last_dofs(self.model)[self.bodies] >= 0
         return [
-            body_balls(self.model, body, self.contact, radius) if free else np.zeros((0, WIDTH))
+            body_balls(self.model, body, self.contact, radius) if free else np.zeros((0, BALL.width))
             for body, free in zip(self.bodies, moves, strict=True)
         ]
 
@@ -526,8 +526,8 @@ def _of_model(model, data):
 
 
 def _reach(balls):
-    """How far balls (n, WIDTH) reach from the centre of mass; -inf of none."""
-    return np.max(np.linalg.norm(balls[:, :3], axis=1) + balls[:, 12], initial=-np.inf)
+    """How far balls (n, BALL.width) reach from the centre of mass; -inf of none."""
+    return np.max(np.linalg.norm(balls[:, CENTER], axis=1) + balls[:, RADIUS], initial=-np.inf)
 
 
 def _firsts(parts):

@@ -5,6 +5,7 @@ import ctypes
 import numpy as np
 
 from fieldsim.mujoco.callback import layout
+from fieldsim.mujoco.callback.rows import OWN, WATCHED_WIDTH
 
 MASSES = ("body_mass", "body_inertia")
 SHAPES = ("body_ipos", "body_iquat", "geom_type", "geom_size", "geom_pos", "geom_quat", "geom_dataid")
@@ -16,8 +17,7 @@ LONG = ("mesh_vert",)
 class Watch:
     """Arrays of a model, with copies of what they were when it was made.
 
-    rows (n, 4), int64, of all but LONG ones: where mjModel keeps the pointer to the array, the address of the copy,
-    their bytes, and whether a copy of the model may have other numbers, as tables are not made of these.
+    rows (n, WATCHED_WIDTH), int64, of all but LONG ones: see `mujoco.callback.rows`.
     """
 
     def __init__(self, model, accuracy: str, contact: bool):
@@ -30,7 +30,7 @@ class Watch:
         self._short = [watched for watched in self._short if watched[0].size]
         self._long = [(getattr(model, name), getattr(model, name).copy()) for name in LONG * shapes]
         rows = [(place, copy.ctypes.data, copy.nbytes, not shapes) for _, copy, place in self._short]
-        self.rows = np.array(rows, dtype=np.int64).reshape(-1, 4)
+        self.rows = np.array(rows, dtype=np.int64).reshape(-1, WATCHED_WIDTH)
 
     def changed(self, thorough: bool = True) -> bool:
         """Whether a number is another now; thorough: look at long arrays, and the time step, too."""
@@ -44,5 +44,5 @@ class Watch:
         return any(
             ctypes.string_at(ctypes.c_void_p.from_address(model + place), copy.nbytes) != copy.tobytes()
             for (_, copy, place), row in zip(self._short, self.rows, strict=True)
-            if not row[3]
+            if not row[OWN]
         )

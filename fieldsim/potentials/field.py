@@ -162,11 +162,11 @@ class Field:
 
     def _refuse_nonsense(self, name, points, result):
         """Raise InputError for what is no number, unless it is the infinite value on bare sources of one sign."""
-        rows = result.reshape(len(points), -1)
-        bad = np.flatnonzero((np.isnan(rows) if name == "value" else ~np.isfinite(rows)).any(axis=1))
+        found = result.reshape(len(points), -1)
+        bad = np.flatnonzero((np.isnan(found) if name == "value" else ~np.isfinite(found)).any(axis=1))
         if not bad.size:
             # A few tell: of many sources and points all would take long.
-            infinite = np.flatnonzero(np.isinf(rows[:, 0]))[:TELLING]
+            infinite = np.flatnonzero(np.isinf(found[:, 0]))[:TELLING]
             bad = [index for index in infinite if not self._on_bare_source(points[index])]
         for index in bad[:1]:
             raise InputError(

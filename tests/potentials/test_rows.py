@@ -1,36 +1,62 @@
 """Rows by name: the layout, its readers on every target, and that nobody reads a column by number."""
 
+import ast
+import importlib
+import pathlib
+import re
+
 import numba
 import numpy as np
 import pytest
 import warp as wp
 
+import fieldsim
 from fieldsim import launch
 from fieldsim.portable import Table, portable, real
 from fieldsim.potentials import row
-from fieldsim.potentials.row import AXIS, COEFFICIENTS, FOLD, NORMAL, ROW, ROW_WIDTH, STRENGTH, Layout, axis_of
+from fieldsim.potentials.row import (
+    AXIS,
+    COEFFICIENTS,
+    FOLD,
+    NORMAL,
+    ROW,
+    ROW_WIDTH,
+    STRENGTH,
+    Layout,
+    axis_of,
+    from_center,
+    normal_of,
+)
 
 ROWS = np.arange(2.0 * ROW_WIDTH).reshape(2, ROW_WIDTH)
+PACKAGE = pathlib.Path(fieldsim.__file__).parent
 VECTORS = [name for column in ROW.columns if column.count == 3 for name in column.names]
 
 
 @portable
 def named(rows: Table, i: int):
-    """Numbers and a vector by their names."""
+    """Numbers and vectors by their names."""
     x, y, z = axis_of(rows, i)
-    return real(100.0) * rows[i, STRENGTH] + real(10.0) * rows[i, FOLD] + x - real(3.0) * y + real(7.0) * z
+    u, v, w = normal_of(rows, i)
+    dx, dy, dz = from_center(x, y, z, rows, i)
+    far = real(100.0) * rows[i, STRENGTH] + real(10.0) * rows[i, FOLD]
+    return far + x - real(3.0) * y + real(7.0) * z + u * v * w + dx * dy * dz
 
 
 @portable
 def numbered(rows: Table, i: int):
     """As `named`, by their columns."""
-    return (
-        real(100.0) * rows[i, 0]
-        + real(10.0) * rows[i, 4]
-        + rows[i, 14]
-        - real(3.0) * rows[i, 15]
-        + real(7.0) * rows[i, 16]
-    )
+    x = rows[i, 14]
+    y = rows[i, 15]
+    z = rows[i, 16]
+    u = rows[i, 17]
+    v = rows[i, 18]
+    w = rows[i, 19]
+    dx = x - rows[i, 5]
+    dy = y - rows[i, 6]
+    dz = z - rows[i, 7]
+    far = real(100.0) * rows[i, 0] + real(10.0) * rows[i, 4]
+    return far + x - real(3.0) * y + real(7.0) * z + u * v * w + dx * dy * dz
 
 
 def test_the_table_in_the_docstring_is_the_layouts():
@@ -80,7 +106,7 @@ def test_names_read_as_numbers_do_in_warp(scalar):
     by_name, _ = on_warp(named, scalar)
     by_number, _ = on_warp(numbered, scalar)
     np.testing.assert_array_equal(by_name, by_number)
-    assert by_name[0] == 14 * 1.0 + 40.0 - 3 * 15.0 + 7 * 16.0
+    assert by_name[0] == 40.0 + 14.0 - 3 * 15.0 + 7 * 16.0 + 17.0 * 18.0 * 19.0 + 9.0**3
 
 
 def test_names_read_as_numbers_do_in_numba():
@@ -100,19 +126,19 @@ def test_names_read_as_numbers_do_in_numba():
     assert compiled(named) == compiled(numbered)
 
 
-@pytest.mark.parametrize(("vector", "columns"), [(wp.vec3, AXIS), (wp.vec3d, NORMAL)])
-def test_warp_reads_vectors(vector, columns):
-    reader = row.vector_reader(columns, vector)
+@pytest.mark.parametrize("vector", [wp.vec3, wp.vec3d])
+def test_warp_reads_vectors(vector):
+    axis, normal = (row.vector_reader(columns, vector) for columns in (AXIS, NORMAL))
     scalar = vector._wp_scalar_type_
 
     @wp.kernel(module="unique", enable_backward=False)
     def kernel(start: int, rows: wp.array(dtype=scalar, ndim=2), found: wp.array(dtype=vector)):
         i = start + wp.tid()
-        found[i] = reader(rows, i)
+        found[i] = wp.cross(axis(rows, i), normal(rows, i))
 
     found = wp.full(len(ROWS), np.nan, dtype=vector, device="cpu")
     launch.launch(kernel, len(ROWS), [wp.array(ROWS, dtype=scalar, device="cpu")], [found], device="cpu")
-    np.testing.assert_array_equal(found.numpy(), ROWS[:, columns])
+    np.testing.assert_array_equal(found.numpy(), np.cross(ROWS[:, AXIS], ROWS[:, NORMAL]))
 
 
 def test_a_layout_goes_on_where_another_ends():
@@ -128,3 +154,70 @@ def test_a_profiles_coefficients_have_room():
     from fieldsim.potentials.primitives.profile import DEGREE
 
     assert COEFFICIENTS.stop - COEFFICIENTS.start == DEGREE + 1
+
+
+# Nobody reads a column by number.
+
+# Names of arrays whose last axis is that of a layout, in whatever object they stand.
+TABLES = {"row", "rows", "part", "balls", "motions", "motion", "groups", "fixed_rows", "moving_rows"}
+# Rows of other things, which have two or three columns of their own or are no arrays.
+OTHERS = {"mujoco/models.py", "potentials/meshes/readers.py", "recording/recording.py"}
+
+
+def literal_columns(source: str):
+    """(line, text) of subscripts that name a column of a table by a number of 2 or more, or by a slice of numbers."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Subscript):
+            name = node.value.attr if isinstance(node.value, ast.Attribute) else getattr(node.value, "id", None)
+            parts = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
+            # Of several indices, the last one is the column's; alone, it is one where the table is a single row.
+            if name in TABLES and (len(parts) > 1 or name in ("row", "motion")) and _counted(parts[-1]):
+                yield node.lineno, ast.unparse(node)
+        # C++ in strings.
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and re.search(r"\brow\[\d", node.value):
+            yield node.lineno, re.search(r"\brow\[\d+\]?", node.value)[0]
+
+
+def _counted(index):
+    """Whether an index is a number, or counts from one; from a name in capitals, that of a column, it may count."""
+    if isinstance(index, ast.Slice):
+        return any(_counted(bound) for bound in (index.lower, index.upper) if bound is not None)
+    if isinstance(index, ast.BinOp):
+        names = [x.id for x in ast.walk(index) if isinstance(x, ast.Name)]
+        numbers = [x.value for x in ast.walk(index) if isinstance(x, ast.Constant)]
+        return not any(name.isupper() for name in names) and any(number > 2 for number in numbers)
+    return isinstance(index, ast.Constant) and isinstance(index.value, int) and not isinstance(index.value, bool)
+
+
+def test_literal_columns_are_seen():
+    seen = "rows[i, 14]", "rows[:, 5:8]", "rows[..., 20]", "row[14:17]", "row[2]", "scene.rows[i, 0]", "rows[i, 5 + k]"
+    for text in (*seen, "x = 'D x = ex - row[5]'"):
+        assert list(literal_columns(text)), text
+    for text in (
+        "rows[i, AXIS]",
+        "rows[:, CENTER]",
+        "rows[i, CENTER_X + 1]",
+        "row[RGB : RGB + 3]",
+        "rows[3]",
+        "rows[2:5]",
+        "points[i, 2]",
+    ):
+        assert not list(literal_columns(text)), text
+
+
+@pytest.mark.parametrize("path", sorted(PACKAGE.rglob("*.py")), ids=lambda path: str(path.relative_to(PACKAGE)))
+def test_columns_have_names(path):
+    if str(path.relative_to(PACKAGE)) in OTHERS:
+        return
+    assert not list(literal_columns(path.read_text(encoding="utf-8")))
+
+
+@pytest.mark.parametrize("path", ["dynamics/contact/rows.py", "mujoco/contact/rows.py", "mujoco/callback/rows.py"])
+def test_tables_of_other_rows_are_their_layouts(path):
+    module = importlib.import_module("fieldsim." + path.removesuffix(".py").replace("/", "."))
+    layouts = [value for value in vars(module).values() if isinstance(value, Layout) and value is not ROW]
+    assert layouts
+    for layout in layouts:
+        own = [line for line in layout.table().splitlines() if not line.startswith("|--") and line not in ROW.table()]
+        assert own
+        assert all(line in module.__doc__ for line in own)

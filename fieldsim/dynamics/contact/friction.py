@@ -12,13 +12,9 @@ import numpy as np
 import warp as wp
 
 from fieldsim.dynamics.contact.particle_state import ContactParticle
+from fieldsim.dynamics.contact.rows import shift_of, turn_of
 from fieldsim.potentials import registry
-from fieldsim.potentials.row import ROW_WIDTH
 from fieldsim.sources.stages import Stages, field_at
-
-# Columns of a moving surface element's row beyond REACH.
-TURN = wp.constant(ROW_WIDTH + 1)
-SHIFT = wp.constant(ROW_WIDTH + 4)
 
 
 def twists(rotations, positions):
@@ -75,18 +71,15 @@ def twist_at(kinds_used):
         first = stage * surfaces.moving
         rows = surfaces.moving_rows
         if surfaces.moving == 1 and surfaces.kinds.shape[0] == 0:  # a world of one element needs no weights
-            return (
-                wp.vec3d(rows[first, TURN], rows[first, TURN + 1], rows[first, TURN + 2]),
-                wp.vec3d(rows[first, SHIFT], rows[first, SHIFT + 1], rows[first, SHIFT + 2]),
-            )
+            return turn_of(rows, first), shift_of(rows, first)
         total, _g = rest(p, surfaces, stage)
         total = wp.max(total, wp.float64(1e-300))
         turn = wp.vec3d()
         shift = wp.vec3d()
         for i in range(first, first + surfaces.moving):
             f, _x, _y, _z = one(p[0], p[1], p[2], surfaces.moving_rows, surfaces.moving_kinds, i)
-            turn += f * wp.vec3d(rows[i, TURN], rows[i, TURN + 1], rows[i, TURN + 2])
-            shift += f * wp.vec3d(rows[i, SHIFT], rows[i, SHIFT + 1], rows[i, SHIFT + 2])
+            turn += f * turn_of(rows, i)
+            shift += f * shift_of(rows, i)
             total += f
         return turn / total, shift / total
 

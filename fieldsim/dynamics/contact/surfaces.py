@@ -13,15 +13,14 @@ import numpy as np
 import warp as wp
 
 from fieldsim.dynamics.contact.friction import twists
+from fieldsim.dynamics.contact.rows import REACH
 from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.portable import Indices, Portable, Table, hole, portable, real
 from fieldsim.potentials import registry
 from fieldsim.potentials.bounds.reach import reach, scale
 from fieldsim.potentials.kernels import COMPACT
-from fieldsim.potentials.row import ANGLE, DIRECTIONS, POSITIONS, ROW_WIDTH, SIZE
+from fieldsim.potentials.row import ANGLE, DIRECTIONS, POSITIONS, SIZE
 from fieldsim.sources.stages import Sources, Stages, field_and_gradient, tables, upload
-
-REACH = ROW_WIDTH
 
 
 def with_reach(rows, kinds, total: int):

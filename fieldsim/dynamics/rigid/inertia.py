@@ -6,7 +6,8 @@ import functools
 import numpy as np
 
 from fieldsim import validate
-from fieldsim.dynamics.contact.surfaces import REACH, with_reach
+from fieldsim.dynamics.contact.rows import REACH
+from fieldsim.dynamics.contact.surfaces import with_reach
 from fieldsim.dynamics.rigid.mass_points import EXACT, mass_points
 from fieldsim.errors import InputError
 from fieldsim.sources.stages import field_of_elements

@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from fieldsim.dynamics.contact.surfaces import REACH, with_reach
+from fieldsim.dynamics.contact.rows import REACH
+from fieldsim.dynamics.contact.surfaces import with_reach
 from fieldsim.dynamics.refusals import body_name
 from fieldsim.dynamics.rigid.body import FreeBody
 from fieldsim.dynamics.rigid.mass_points import mass_points

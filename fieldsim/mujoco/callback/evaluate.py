@@ -7,6 +7,7 @@ import functools
 import math
 
 from fieldsim.mujoco.callback.field_callbacks import caller
+from fieldsim.mujoco.callback.rows import AXIS_X, CENTER_X, COUNT, FIRST, PHASE, RATE, SPINS
 from fieldsim.numerics.rotations import rotation
 
 
@@ -29,9 +30,9 @@ def turning(native: bool):
     def fill(source, time, turns):
         motions = source.motions
         for g in range(motions.shape[0]):
-            if source.groups[g, 2]:
-                angle = motions[g, 4] + motions[g, 3] * time
-                m = about(motions[g, 0], motions[g, 1], motions[g, 2], angle)
+            if source.groups[g, SPINS]:
+                angle = motions[g, PHASE] + motions[g, RATE] * time
+                m = about(motions[g, AXIS_X], motions[g, AXIS_X + 1], motions[g, AXIS_X + 2], angle)
                 turns[g, 0], turns[g, 1], turns[g, 2] = m[0], m[1], m[2]
                 turns[g, 3], turns[g, 4], turns[g, 5] = m[3], m[4], m[5]
                 turns[g, 6], turns[g, 7], turns[g, 8] = m[6], m[7], m[8]
@@ -107,9 +108,10 @@ def into_group(native: bool):
 
     @maker(native)
     def local(p, source, turned, g):
-        if not source.groups[g, 2]:
+        if not source.groups[g, SPINS]:
             return p
-        cx, cy, cz = source.motions[g, 5], source.motions[g, 6], source.motions[g, 7]
+        motions = source.motions
+        cx, cy, cz = motions[g, CENTER_X], motions[g, CENTER_X + 1], motions[g, CENTER_X + 2]
         x, y, z = back(turned, g, (p[0] - cx, p[1] - cy, p[2] - cz))
         return x + cx, y + cy, z + cz
 
@@ -126,8 +128,8 @@ def group_field(native: bool):
     @maker(native)
     def field(p, source, turned, g):
         q = local(p, source, turned, g)
-        f, x, y, z = total(q[0], q[1], q[2], source, source.groups[g, 0], source.groups[g, 1])
-        if source.groups[g, 2]:
+        f, x, y, z = total(q[0], q[1], q[2], source, source.groups[g, FIRST], source.groups[g, COUNT])
+        if source.groups[g, SPINS]:
             x, y, z = turn(turned, g, (x, y, z))
         return f, (x, y, z)
 
@@ -168,9 +170,9 @@ def _group_jet(native: bool):
     @maker(native)
     def jet(p, source, turned, g):
         q = local(p, source, turned, g)
-        first, count = source.groups[g, 0], source.groups[g, 1]
+        first, count = source.groups[g, FIRST], source.groups[g, COUNT]
         f, x, y, z, xx, yy, zz, xy, xz, yz = total(q[0], q[1], q[2], source, first, count)
-        if source.groups[g, 2]:
+        if source.groups[g, SPINS]:
             x, y, z = turn(turned, g, (x, y, z))
             h = xx, yy, zz, xy, xz, yz
             a, b, c = row(turned, g, 0), row(turned, g, 1), row(turned, g, 2)
@@ -216,7 +218,7 @@ def room_at(native: bool):
     def room(p, source, turned):
         least = math.inf
         for g in range(source.groups.shape[0]):
-            first, count = source.groups[g, 0], source.groups[g, 1]
+            first, count = source.groups[g, FIRST], source.groups[g, COUNT]
             q = local(p, source, turned, g)
             least = min(least, margin(q[0], q[1], q[2], source, first, count)[0])
         return least

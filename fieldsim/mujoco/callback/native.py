@@ -23,6 +23,7 @@ from fieldsim.errors import FieldsimError
 from fieldsim.mujoco.callback import layout
 from fieldsim.mujoco.callback.addresses import allocate, call, count, differ, doubles, halves, release, words
 from fieldsim.mujoco.callback.generalised_forces import actor
+from fieldsim.mujoco.callback.rows import BYTES, COPY, OWN, PLACE, WATCHED_WIDTH
 from fieldsim.mujoco.callback.tables import Plan, Source, Views
 
 PLACES = layout.offsets()
@@ -265,12 +266,12 @@ def entry_of(model, mark: int, function: int, head: int, watched: np.ndarray, to
 @numba.njit
 def _changed(entry, model):
     """Whether Python must renew what the entry was made of first; counts copies that differ."""
-    rows = numba.carray(words(entry[6]), (entry[7], 4))
+    rows = numba.carray(words(entry[6]), (entry[7], WATCHED_WIDTH))
     for i in range(rows.shape[0]):
-        if differ(_word(model + rows[i, 0]), rows[i, 1], rows[i, 2]) != 0:
+        if differ(_word(model + rows[i, PLACE]), rows[i, COPY], rows[i, BYTES]) != 0:
             if model == entry[0]:
                 return True
-            if rows[i, 3] == 0:
+            if rows[i, OWN] == 0:
                 numba.carray(words(entry[8]), (1,))[0] += 1
                 return False
     return False

@@ -11,6 +11,7 @@ from fieldsim.dynamics.contact.surfaces import with_reach
 from fieldsim.dynamics.refusals import refuse
 from fieldsim.errors import InputError
 from fieldsim.mujoco.callback.field_callbacks import LENGTHS, sum_of
+from fieldsim.mujoco.callback.rows import AXIS, CENTER, MOTION, PHASE, RATE, SHIFT, SPINS, TURN
 from fieldsim.numerics import quaternion
 from fieldsim.potentials.elements import Elements, concatenate, place
 from fieldsim.potentials.field import Field
@@ -28,9 +29,8 @@ TWIST_STEP = 1e-5
 class Source(typing.NamedTuple):
     """Elements in one role.
 
-    rows (N, >= WIDTH), kinds (N,): see `registry`. groups (G, 3), of rows that move together: the first row, how many,
-    whether they spin (if not, their rows are in the world's frame). motions (G, 14), how: of a Spin 0-2 the axis, 3 the
-    rate, 4 the phase, 5-7 the centre; 8-10 the angular velocity, 11-13 the velocity of what is at the world's origin.
+    rows (N, >= ROW_WIDTH), kinds (N,): see `elements`. groups (G, 3), of rows that move
+    together, and motions (G, 14), how: see `mujoco.callback.rows`.
     field, jet, margin: see `sums` (0: not needed).
     """
 
@@ -178,7 +178,7 @@ class Table:
                     f"({count}); give one that keeps them, such as with strengths that go to 0"
                 )
             self.arrays.rows[first : first + count] = self._bounded(placed.rows, placed.kinds)
-            motion[8:] = part.twist(time)
+            motion[TURN.start : SHIFT.stop] = part.twist(time)
         self._time = time
 
 
@@ -198,13 +198,14 @@ def _groups(chunks, spinning, first):
     """Tables of groups (G, 3) and their motions (G, 14); see `Source`. first: of those that spin."""
     counts = [len(chunk) for chunk in chunks]
     groups = np.column_stack([np.cumsum([0, *counts])[:-1], counts, np.zeros(len(chunks))]).astype(np.int64)
-    motions = np.zeros((len(chunks), 14))
-    groups[first : first + len(spinning), 2] = 1
+    motions = np.zeros((len(chunks), MOTION.width))
+    groups[first : first + len(spinning), SPINS] = 1
     for motion, part in zip(motions[first:], spinning, strict=False):
         spin = part.motion
-        motion[:8] = *spin.axis, spin.rate, spin.phase, *spin.center
-        motion[8:11] = spin.rate * np.array(spin.axis)
-        motion[11:] = -np.cross(motion[8:11], spin.center)
+        motion[AXIS], motion[CENTER] = spin.axis, spin.center
+        motion[RATE], motion[PHASE] = spin.rate, spin.phase
+        motion[TURN] = spin.rate * np.array(spin.axis)
+        motion[SHIFT] = -np.cross(motion[TURN], spin.center)
     return groups, motions
 
 

@@ -12,7 +12,7 @@ from fieldsim import validate
 from fieldsim.dynamics.rigid.body import log_slope
 from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.mujoco import checks
-from fieldsim.mujoco.contact.potential import WIDTH
+from fieldsim.mujoco.contact.rows import BALL, CENTER, LARGE, RADIUS, SHAPE, STIFFNESS
 from fieldsim.mujoco.models import label, listed, named
 from fieldsim.mujoco.points import frame_of, mesh_of
 from fieldsim.types import RealLike
@@ -78,7 +78,7 @@ class Contact:
 
 def longest_step(rows, mass: float, law: Contact) -> float:
     """The longest time step that resolves a hit at `law.speed`: RESOLVED / sqrt(2 stiffness d / m) for depth d."""
-    stiffness = rows[:, 13].max()
+    stiffness = rows[:, STIFFNESS].max()
     depth = (1.5 * mass * law.speed**2 / stiffness) ** (1.0 / 3.0)
     return RESOLVED / math.sqrt(2.0 * stiffness * depth / mass)
 
@@ -89,8 +89,8 @@ def slope_of(materials) -> float:
 
 
 def body_balls(model, body: int, law: Contact, radius: float) -> np.ndarray:
-    """Rows (n, WIDTH) of all geoms of a body; radius: of the thinnest surface."""
-    parts = [np.zeros((0, WIDTH))]
+    """Rows (n, BALL.width) of all geoms of a body; radius: of the thinnest surface."""
+    parts = [np.zeros((0, BALL.width))]
     mass = model.body_mass[model.body_rootid == model.body_rootid[body]].sum()
     for geom in range(model.body_geomadr[body], model.body_geomadr[body] + model.body_geomnum[body]):
         if not (model.geom_contype[geom] or model.geom_conaffinity[geom]):
@@ -103,12 +103,12 @@ def body_balls(model, body: int, law: Contact, radius: float) -> np.ndarray:
             )
         centers, axes = _shape(model, geom, _spacing(size, radius, law))
         turn, move = frame_of(model, geom)
-        rows = np.zeros((len(centers), WIDTH))
-        rows[:, :3] = centers @ turn.T + move
-        rows[:, 3:12] = (turn @ np.diag(axes)).ravel()
-        rows[:, 12] = axes.max()
-        rows[:, 13] = law.stiffness(mass, size)
-        rows[:, 14] = axes.max() > 0.5 * radius
+        rows = np.zeros((len(centers), BALL.width))
+        rows[:, CENTER] = centers @ turn.T + move
+        rows[:, SHAPE] = (turn @ np.diag(axes)).ravel()
+        rows[:, RADIUS] = axes.max()
+        rows[:, STIFFNESS] = law.stiffness(mass, size)
+        rows[:, LARGE] = axes.max() > 0.5 * radius
         parts.append(rows)
     return np.concatenate(parts)
 

@@ -4,9 +4,7 @@ An ellipsoid reaches in by depth = max over its points of log(F) / slope, about 
 stiffness depth^3 / 3. The force is that of the deepest point alone, exactly: where that point lies changes the depth
 only in second order. What is lost to damping and friction depends on the velocity there.
 
-A row of `balls` has the columns: 0-2 the centre in the body's inertial frame; 3-11 the matrix S of the ellipsoid
-centre + S u, |u| <= 1 (nothing for a point), by rows; 12 its greatest radius; 13 the stiffness; 14 whether the search
-for its deepest point starts from many directions. `law` is (slope, damping, friction, whether gravcomp counts).
+Rows of `balls`: see `mujoco.contact.rows`. `law` is (slope, damping, friction, whether gravcomp counts).
 """
 
 import functools
@@ -16,8 +14,9 @@ import math
 import numpy as np
 
 from fieldsim.mujoco.callback.evaluate import field_at, group_field, jet_at, maker, room_at, turns, vectors
+from fieldsim.mujoco.callback.rows import SHIFT_X, TURN_X
+from fieldsim.mujoco.contact.rows import CENTER_X, LARGE, RADIUS, SHAPE_XX, STIFFNESS
 
-WIDTH = 15
 # The search ends when a step turns the direction by less than this (the depth then is right to its square).
 CLOSE = 1e-8
 STEPS = 40
@@ -142,11 +141,11 @@ def _ground(native: bool):
         total, vx, vy, vz = 0.0, 0.0, 0.0, 0.0
         for g in range(motions.shape[0]):
             f, _ = alone(p, source, turned, g)
-            x, y, z = cross((motions[g, 8], motions[g, 9], motions[g, 10]), p)
+            x, y, z = cross((motions[g, TURN_X], motions[g, TURN_X + 1], motions[g, TURN_X + 2]), p)
             total += f
-            vx += f * (x + motions[g, 11])
-            vy += f * (y + motions[g, 12])
-            vz += f * (z + motions[g, 13])
+            vx += f * (x + motions[g, SHIFT_X])
+            vy += f * (y + motions[g, SHIFT_X + 1])
+            vz += f * (z + motions[g, SHIFT_X + 2])
         if total <= 0.0:
             return 0.0, 0.0, 0.0
         return vx / total, vy / total, vz / total
@@ -167,9 +166,9 @@ def touch(native: bool):
     @maker(native)
     def matrix(views, b, balls, i):
         """The ball's S in the world's frame, by rows: its columns turned one by one."""
-        x0, x1, x2 = turn(views.ximat, b, (balls[i, 3], balls[i, 6], balls[i, 9]))
-        y0, y1, y2 = turn(views.ximat, b, (balls[i, 4], balls[i, 7], balls[i, 10]))
-        z0, z1, z2 = turn(views.ximat, b, (balls[i, 5], balls[i, 8], balls[i, 11]))
+        x0, x1, x2 = turn(views.ximat, b, (balls[i, SHAPE_XX], balls[i, SHAPE_XX + 3], balls[i, SHAPE_XX + 6]))
+        y0, y1, y2 = turn(views.ximat, b, (balls[i, SHAPE_XX + 1], balls[i, SHAPE_XX + 4], balls[i, SHAPE_XX + 7]))
+        z0, z1, z2 = turn(views.ximat, b, (balls[i, SHAPE_XX + 2], balls[i, SHAPE_XX + 5], balls[i, SHAPE_XX + 8]))
         return x0, y0, z0, x1, y1, z1, x2, y2, z2
 
     @maker(native)
@@ -202,12 +201,12 @@ def touch(native: bool):
             return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0
         fx, fy, fz, tx, ty, tz, u = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for i in range(plan.first_ball[k], plan.first_ball[k + 1]):
-            arm = turn(views.ximat, b, (balls[i, 0], balls[i, 1], balls[i, 2]))
+            arm = turn(views.ximat, b, (balls[i, CENTER_X], balls[i, CENTER_X + 1], balls[i, CENTER_X + 2]))
             p = x[b, 0] + arm[0], x[b, 1] + arm[1], x[b, 2] + arm[2]
-            if room(p, plan.surface, turned) > balls[i, 12]:
+            if room(p, plan.surface, turned) > balls[i, RADIUS]:
                 continue
-            if balls[i, 12] > 0.0:
-                p, f, g = search(p, matrix(views, b, balls, i), balls[i, 14] != 0.0, plan.surface, turned)
+            if balls[i, RADIUS] > 0.0:
+                p, f, g = search(p, matrix(views, b, balls, i), balls[i, LARGE] != 0.0, plan.surface, turned)
             else:
                 f, g = field(p, plan.surface, turned)
             if not f > 1.0:
@@ -215,7 +214,7 @@ def touch(native: bool):
             depth = math.log(f) / plan.law[0]
             size = math.sqrt(dot(g, g))
             n = -g[0] / size, -g[1] / size, -g[2] / size
-            strength = balls[i, 13] * depth * depth * size / (f * plan.law[0])
+            strength = balls[i, STIFFNESS] * depth * depth * size / (f * plan.law[0])
             force = strength * n[0], strength * n[1], strength * n[2]
             if plan.law[1] > 0.0 or plan.law[2] > 0.0:
                 more = lost(k, plan, views, turned, p, n, strength)
@@ -227,7 +226,7 @@ def touch(native: bool):
             tx += t[0]
             ty += t[1]
             tz += t[2]
-            u += balls[i, 13] * depth * depth * depth / 3.0
+            u += balls[i, STIFFNESS] * depth * depth * depth / 3.0
         return (fx, fy, fz), (tx, ty, tz), u
 
     return push

@@ -27,12 +27,15 @@ from fieldsim.portable import Table, portable, real
 from fieldsim.potentials import registry
 from fieldsim.potentials.elements import Elements
 from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Metaball, Newtonian, Quartic, SoftObject
-from fieldsim.potentials.row import FOLD, KERNEL_WIDTH, ROW_WIDTH, STRENGTH
+from fieldsim.potentials.row import FOLD, KERNEL_WIDTH, ROW, ROW_WIDTH, STRENGTH, Layout
 
-# Columns after an element's own: its family; e and m of a power; its greatest field, per h; c - delta of an arc under
-# a Gaussian; the greatest slope of sqrt(F) of a compact kernel, of F of a plane.
-FAMILY, SOFTENING, POWER, AMOUNT, CORE, SLOPE = range(ROW_WIDTH, ROW_WIDTH + 6)
-WIDTH = ROW_WIDTH + 6
+BOUNDED = Layout(extends=ROW)
+FAMILY = BOUNDED.number("FAMILY", "which bound holds: POWERS, GAUSSIANS, COMPACT or SLOPED")
+SOFTENING = BOUNDED.number("SOFTENING", "e of a power")
+POWER = BOUNDED.number("POWER", "m of a power")
+AMOUNT = BOUNDED.number("AMOUNT", "the greatest field, per h")
+CORE = BOUNDED.number("CORE", "c - delta of an arc under a Gaussian")
+SLOPE = BOUNDED.number("SLOPE", "greatest slope of sqrt(F) of a compact kernel, of F of a plane")
 
 POWERS, GAUSSIANS, COMPACT, SLOPED = 0.0, 1.0, 2.0, 3.0
 TAIL_SHARE = 1e-13  # of the level
@@ -47,11 +50,11 @@ _SHARPEST = {Quartic: 8.0, SoftObject: 44.0 / 9.0, Metaball: 6.0}
 
 
 def with_bounds(elements: Elements) -> tuple[np.ndarray, float]:
-    """Rows (N, WIDTH) with what bounds each element's growth, and the bend of all.
+    """Rows (N, BOUNDED.width) with what bounds each element's growth, and the bend of all.
 
     Raises InputError for a formula that safe steps do not know.
     """
-    rows = np.concatenate([elements.rows, np.zeros((len(elements), WIDTH - ROW_WIDTH))], axis=1)
+    rows = np.concatenate([elements.rows, np.zeros((len(elements), BOUNDED.width - ROW_WIDTH))], axis=1)
     bend = 0.0
     by_kind = {formula.kind: formula for formula in registry.FORMULAS.values()}
     for kind in elements.kinds_used:
@@ -142,7 +145,7 @@ def ceiling(d: real, rows: Table, i: int):
         return amount / _raised(away, rows[i, POWER])
     if family == real(GAUSSIANS):
         u = rows[i, KERNEL_WIDTH] * d
-        return amount * math.exp(min(rows[i, 4] - u * u, real(_LIMIT)))
+        return amount * math.exp(min(rows[i, FOLD] - u * u, real(_LIMIT)))
     if family == real(COMPACT) and d >= rows[i, KERNEL_WIDTH]:
         return real(0.0)
     return amount

@@ -9,6 +9,7 @@ import math
 import warp as wp
 
 from fieldsim.potentials.primitives.base import Volume
+from fieldsim.potentials.row import ANGLE, LENGTH, RADIUS
 from fieldsim.render.materials.mipmaps import looked_up
 from fieldsim.render.materials.table import (
     ACROSS,
@@ -23,6 +24,7 @@ from fieldsim.render.materials.table import (
     TURBULENCE,
     triple,
 )
+from fieldsim.render.scene.rows import first_of, normal_of, point_of
 from fieldsim.render.scene.tables import Scene
 from fieldsim.world import texture
 
@@ -152,26 +154,26 @@ def beside(n: wp.vec3):
 def on_element(scene: Scene, m: int, j: int, here: wp.vec3):
     """(spot, ends) on element j of material m at a place; lengths are in the world's units."""
     turn = scene.turns[m]
-    p = turn * (here - wp.vec3(scene.rows[j, 5], scene.rows[j, 6], scene.rows[j, 7]))
+    p = turn * (here - point_of(scene.rows, j))
     shape = scene.shape[j]
     if shape == _BALL:
         return around_ball(p)
-    first = turn * wp.vec3(scene.rows[j, 14], scene.rows[j, 15], scene.rows[j, 16])
-    normal = turn * wp.vec3(scene.rows[j, 17], scene.rows[j, 18], scene.rows[j, 19])
+    first = turn * first_of(scene.rows, j)
+    normal = turn * normal_of(scene.rows, j)
     if shape == _TUBE:
         # In the frame of its middle.
         unit = wp.length(normal)
         z = normal / unit
         x = first / unit
-        half = 0.5 * scene.rows[j, 3]
+        half = 0.5 * scene.rows[j, ANGLE]
         x = wp.cos(half) * x + wp.sin(half) * wp.cross(z, x)
         q = wp.vec3(wp.dot(p, x), wp.dot(p, wp.cross(z, x)), wp.dot(p, z))
-        return around_tube(q, unit * scene.rows[j, 2], scene.rows[j, 3])
+        return around_tube(q, unit * scene.rows[j, RADIUS], scene.rows[j, ANGLE])
     z = wp.normalize(wp.where(shape == _CAPSULE, first, normal))
     x = beside(z)
     q = wp.vec3(wp.dot(p, x), wp.dot(p, wp.cross(z, x)), wp.dot(p, z))
     if shape == _CAPSULE:
-        return along_rod(q, wp.length(first) * scene.rows[j, 2])
+        return along_rod(q, wp.length(first) * scene.rows[j, LENGTH])
     return in_plane(q[0], q[1])
 
 

@@ -29,7 +29,7 @@ from fieldsim.potentials.kernels import (
     SoftObject,
 )
 from fieldsim.potentials.primitives.base import Volume
-from fieldsim.potentials.row import ANGLE, KERNEL_WIDTH, POSITIONS, SIZE, STRENGTH
+from fieldsim.potentials.row import ANGLE, END, KERNEL_WIDTH, NORMAL, POSITIONS, SIZE, START, STRENGTH
 
 # Kernels that are powers -order / 2 of r^2 + softening^2 (a Cauchy's softening is 1 / s). Others have one bend, or end.
 ORDER = {Newtonian: 1, InverseSquare: 2, Cauchy: 4}
@@ -166,13 +166,13 @@ def _around(parts, rows, start, end, extent):
 
 def _capsules(rows, shape):
     """(start, end, extent): lines (N, 3) and distances from them that hold the primitives; a plane's nearest point."""
-    start = rows[:, 5:8].copy()
+    start = rows[:, START].copy()
     end = start.copy()
     extent = np.where(shape == Volume.TUBE, rows[:, SIZE], 0.0)
     segments = shape == Volume.CAPSULE
-    end[segments] = rows[segments, 8:11]
+    end[segments] = rows[segments, END]
     planes = shape == Volume.SLAB
-    normal = rows[planes, 17:20]
+    normal = rows[planes, NORMAL]
     start[planes] = end[planes] = np.sum(normal * start[planes], axis=1)[:, None] * normal
     flat = np.flatnonzero(shape == Volume.PRISM)
     corners = rows[flat, POSITIONS].reshape(-1, 3, 3)

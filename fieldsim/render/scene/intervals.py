@@ -5,6 +5,7 @@
 import warp as wp
 
 from fieldsim.render.scene.hits import Balls
+from fieldsim.render.scene.rows import point_of
 from fieldsim.render.scene.tables import FOREVER, Scene
 from fieldsim.render.scene.volumes import pierce, pierce_sphere
 from fieldsim.world.material import RAYS
@@ -43,7 +44,7 @@ def collect(
         t0, t1 = pierce(o, d, scene.shape[i], scene.rows, i, scene.reach[i])
         if t1 > 0.0 and t0 < far and t0 < t1:
             if opaque:
-                center = wp.vec3(scene.rows[i, 5], scene.rows[i, 6], scene.rows[i, 7])
+                center = point_of(scene.rows, i)
                 c0, c1 = pierce_sphere(o, d, center, scene.core[i])
                 if c0 > 0.0 and c0 < far and c0 < c1:
                     return BLOCKED

@@ -8,7 +8,9 @@ import warp as wp
 
 from fieldsim.potentials.primitives.arc import arc_distance
 from fieldsim.potentials.primitives.base import Volume
+from fieldsim.potentials.row import LENGTH, RADIUS
 from fieldsim.render.scene import bounds
+from fieldsim.render.scene.rows import axis_of, center_of, corner_b_of, corner_c_of, end_of, normal_of, point_of
 
 MISS = wp.constant(1.0e30)
 _BALL, _CAPSULE, _TUBE, _PRISM = (
@@ -113,8 +115,8 @@ def _pierce_prism(o: wp.vec3, d: wp.vec3, a: wp.vec3, b: wp.vec3, c: wp.vec3, no
 
 @wp.func
 def _pierce_arc(o: wp.vec3, d: wp.vec3, rows: wp.array2d(dtype=float), i: int, normal: wp.vec3, reach: float):
-    center = wp.vec3(rows[i, 5], rows[i, 6], rows[i, 7])
-    t0, t1 = pierce_sphere(o, d, center, rows[i, 2] + reach)
+    center = center_of(rows, i)
+    t0, t1 = pierce_sphere(o, d, center, rows[i, RADIUS] + reach)
     s0, s1 = _pierce_slab(o, d, center, normal, reach)
     t0 = wp.max(t0, s0)
     t1 = wp.min(t1, s1)
@@ -139,17 +141,14 @@ def _pierce_arc(o: wp.vec3, d: wp.vec3, rows: wp.array2d(dtype=float), i: int, n
 @wp.func
 def pierce(o: wp.vec3, d: wp.vec3, shape: int, rows: wp.array2d(dtype=float), i: int, reach: float):
     """Entry and exit of element i's bounding volume."""
-    a = wp.vec3(rows[i, 5], rows[i, 6], rows[i, 7])
+    a = point_of(rows, i)
     if shape == _BALL:
         return pierce_sphere(o, d, a, reach)
     if shape == _CAPSULE:
-        axis = wp.vec3(rows[i, 14], rows[i, 15], rows[i, 16])
-        return _pierce_capsule(o, d, a, wp.vec3(rows[i, 8], rows[i, 9], rows[i, 10]), axis, rows[i, 2], reach)
-    normal = wp.vec3(rows[i, 17], rows[i, 18], rows[i, 19])
+        return _pierce_capsule(o, d, a, end_of(rows, i), axis_of(rows, i), rows[i, LENGTH], reach)
+    normal = normal_of(rows, i)
     if shape == _TUBE:
         return _pierce_arc(o, d, rows, i, normal, reach)
     if shape == _PRISM:
-        b = wp.vec3(rows[i, 8], rows[i, 9], rows[i, 10])
-        c = wp.vec3(rows[i, 11], rows[i, 12], rows[i, 13])
-        return _pierce_prism(o, d, a, b, c, normal, reach)
+        return _pierce_prism(o, d, a, corner_b_of(rows, i), corner_c_of(rows, i), normal, reach)
     return _pierce_slab(o, d, a, normal, reach)

@@ -12,7 +12,20 @@ import numpy as np
 from fieldsim.potentials import registry
 from fieldsim.potentials.elements import concatenate
 from fieldsim.potentials.primitives.base import Volume
-from fieldsim.potentials.row import ANGLE, POSITIONS, SIZE
+from fieldsim.potentials.row import (
+    ANGLE,
+    CENTER,
+    CORNER_A,
+    CORNER_B,
+    CORNER_C,
+    END,
+    FIRST,
+    NORMAL,
+    POINT,
+    POSITIONS,
+    RADIUS,
+    START,
+)
 from fieldsim.world import shapes
 from fieldsim.world.shapes import Solids
 
@@ -92,11 +105,11 @@ def _packed(kind, origins, axes, *sizes):
 
 
 def _balls(rows, radius):
-    return [_packed(shapes.BALL, rows[:, 5:8], np.broadcast_to(np.eye(3), (len(rows), 3, 3)), radius)]
+    return [_packed(shapes.BALL, rows[:, POINT], np.broadcast_to(np.eye(3), (len(rows), 3, 3)), radius)]
 
 
 def _capsules(rows, radius):
-    return [_rods(rows[:, 5:8], rows[:, 8:11], radius)]
+    return [_rods(rows[:, START], rows[:, END], radius)]
 
 
 def _rods(start, end, radius):
@@ -108,29 +121,29 @@ def _rods(start, end, radius):
 
 def _tubes(rows, radius):
     half = 0.5 * rows[:, ANGLE]
-    start, normal = rows[:, 14:17], rows[:, 17:20]
+    start, normal = rows[:, FIRST], rows[:, NORMAL]
     middle = np.cos(half)[:, None] * start + np.sin(half)[:, None] * np.cross(normal, start)
     axes = np.stack([middle, np.cross(normal, middle), normal], axis=2)
     half = np.where(rows[:, ANGLE] > 2 * math.pi - 1e-6, math.pi, half)
-    return [_packed(shapes.TUBE, rows[:, 5:8], axes, rows[:, SIZE], radius, half)]
+    return [_packed(shapes.TUBE, rows[:, CENTER], axes, rows[:, RADIUS], radius, half)]
 
 
 def _prisms(rows, radius):
-    a, b, c = rows[:, 5:8], rows[:, 8:11], rows[:, 11:14]
+    a, b, c = rows[:, CORNER_A], rows[:, CORNER_B], rows[:, CORNER_C]
     length = np.linalg.norm(b - a, axis=1)
-    x, z = (b - a) / length[:, None], rows[:, 17:20]
+    x, z = (b - a) / length[:, None], rows[:, NORMAL]
     y = np.cross(z, x)
     along, across = (np.einsum("ij,ij->i", c - a, axis) for axis in (x, y))
     return _packed(shapes.PRISM, a, np.stack([x, y, z], axis=2), length, along, across, radius)
 
 
 def _edges(rows, radius):
-    corners = [rows[:, 5:8], rows[:, 8:11], rows[:, 11:14]]
+    corners = [rows[:, CORNER_A], rows[:, CORNER_B], rows[:, CORNER_C]]
     return [_rods(corners[k], corners[(k + 1) % 3], radius) for k in range(3)]
 
 
 def _slabs(rows, radius):
-    return [_packed(shapes.SLAB, rows[:, 5:8], shapes.frame_along(rows[:, 17:20]), radius)]
+    return [_packed(shapes.SLAB, rows[:, POINT], shapes.frame_along(rows[:, NORMAL]), radius)]
 
 
 # In the order in which hard shapes are numbered. How prisms are drawn is the caller's.

@@ -28,6 +28,7 @@ from fieldsim.numerics.roots import cubic_root
 from fieldsim.potentials import registry
 from fieldsim.potentials.kernels import Cauchy
 from fieldsim.potentials.primitives.base import Volume
+from fieldsim.potentials.row import KERNEL_WIDTH, NORMAL_X
 from fieldsim.render.scene import bounds
 from fieldsim.render.scene.tables import NO_HIT, Scene
 
@@ -75,7 +76,7 @@ def _steepness(scene: Scene, i: int, d: wp.vec3):
     """An element's bend along a ray relative to its greatest: a plane's field changes along its normal only."""
     if scene.shape[i] != _SLAB:
         return 1.0
-    across = d[0] * scene.rows[i, 17] + d[1] * scene.rows[i, 18] + d[2] * scene.rows[i, 19]
+    across = d[0] * scene.rows[i, NORMAL_X] + d[1] * scene.rows[i, NORMAL_X + 1] + d[2] * scene.rows[i, NORMAL_X + 2]
     return across * across
 
 
@@ -103,7 +104,7 @@ def _nearness(kinds_used):
         if scene.order[i] <= 0:
             return 0.0
         near = distance(p[0], p[1], p[2], scene.rows, scene.kinds, i)
-        softening = scene.rows[i, 1]
+        softening = scene.rows[i, KERNEL_WIDTH]
         if scene.order[i] == _CAUCHY:
             softening = 1.0 / softening
         steepness = float(scene.order[i]) * _steepness(scene, i, d)

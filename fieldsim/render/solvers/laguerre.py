@@ -8,6 +8,8 @@ from fieldsim.numerics.roots import Polynomial, product
 from fieldsim.potentials import registry
 from fieldsim.potentials.kernels import Quartic, SoftObject
 from fieldsim.potentials.primitives.point import Point
+from fieldsim.potentials.row import KERNEL_WIDTH, STRENGTH
+from fieldsim.render.scene.rows import point_of
 from fieldsim.render.scene.tables import Scene
 from fieldsim.render.solvers.polynomials import polynomial_sweep
 
@@ -22,9 +24,9 @@ def first_hit(kinds_used):
     @wp.func
     def piece(scene: Scene, o: wp.vec3, d: wp.vec3, begin: float, end: float, i: int, t0: float, t1: float):
         # w = 1 - r^2 / radius^2 is a parabola in u.
-        from_center = o + begin * d - wp.vec3(scene.rows[i, 5], scene.rows[i, 6], scene.rows[i, 7])
+        from_center = o + begin * d - point_of(scene.rows, i)
         along = (end - begin) * d
-        radius2 = wp.float64(scene.rows[i, 1]) * wp.float64(scene.rows[i, 1])
+        radius2 = wp.float64(scene.rows[i, KERNEL_WIDTH]) * wp.float64(scene.rows[i, KERNEL_WIDTH])
         w = Polynomial()
         w[0] = wp.float64(1.0) - _dot(from_center, from_center) / radius2
         w[1] = -wp.float64(2.0) * _dot(from_center, along) / radius2
@@ -34,7 +36,7 @@ def first_hit(kinds_used):
             factor = wp.float64(4.0) * w
             factor[0] += wp.float64(5.0)
             h = product(h, factor) / wp.float64(9.0)
-        return wp.float64(scene.rows[i, 0]) * h
+        return wp.float64(scene.rows[i, STRENGTH]) * h
 
     return polynomial_sweep(piece)
 

@@ -19,7 +19,7 @@ from fieldsim.launch import launch
 from fieldsim.potentials import registry
 from fieldsim.potentials.bounds import safe_step
 from fieldsim.potentials.elements import Elements
-from fieldsim.potentials.row import POSITIONS, SIZE
+from fieldsim.potentials.row import POSITIONS, SIZE, STRENGTH
 from fieldsim.render.materials.table import factors
 from fieldsim.render.materials.textures import color_at
 from fieldsim.render.scene.hits import Hits, origin_of, write_rest
@@ -69,7 +69,7 @@ def march_kernel(kinds_used):
             f_i, x, y, z = element(p[0], p[1], p[2], rows, kinds, i)
             f += f_i
             gradient += wp.vec3d(x, y, z)
-            sign = wp.where(rows[i, 0] < zero, -one, one)
+            sign = wp.where(rows[i, STRENGTH] < zero, -one, one)
             slope = sign * (x * d[0] + y * d[1] + z * d[2])
             step = _LONGEST * last
             for k in range(_RUNGS):

@@ -16,7 +16,7 @@ from fieldsim.potentials import registry
 from fieldsim.potentials.bounds.reach import reach
 from fieldsim.potentials.kernels import Gaussian
 from fieldsim.potentials.primitives.base import Volume
-from fieldsim.potentials.row import FOLD, KERNEL_WIDTH, SIZE, STRENGTH
+from fieldsim.potentials.row import FOLD, KERNEL_WIDTH, POINT, SIZE, STRENGTH
 from fieldsim.render.scene import bounds
 
 HIGHEST = 60.0  # greatest log F of an element: float32 sums such elements without overflow
@@ -125,7 +125,7 @@ def elements_of(bounded: bounds.Bounded, device) -> GaussianElements:
     """The elements on a device, for a scene of which `kind_of` is not ""."""
     rows = bounded.rows
     elements = GaussianElements()
-    center = np.concatenate([rows[:, 5:8], rows[:, [KERNEL_WIDTH]] ** 2], axis=1)
+    center = np.concatenate([rows[:, POINT], rows[:, [KERNEL_WIDTH]] ** 2], axis=1)
     axis = np.zeros((len(rows), 4))
     for shape, columns, sign in ((Volume.CAPSULE, slice(14, 17), 1.0), (Volume.TUBE, slice(17, 20), -1.0)):
         where = bounded.shape == shape

@@ -6,6 +6,7 @@ import functools
 
 import warp as wp
 
+from fieldsim.potentials.row import AXIS_X, NORMAL_X, POINT_X
 from fieldsim.render.materials.table import KIND
 from fieldsim.render.materials.textures import color_at
 from fieldsim.render.scene.candidates import TILE, Candidates, View
@@ -104,20 +105,20 @@ for (int step = 0; step < 3; ++step) {
         const double* const row = wp::address(scene.exact, i, 0);
         const auto& c = table.center.data[i];
         const auto& axis = table.axis.data[i];
-        D x = t * ex - row[5], y = t * ey - row[6], z = t * ez - row[7];
+        D x = t * ex - row[POINT_X], y = t * ey - row[POINT_X + 1], z = t * ez - row[POINT_X + 2];
         // log F falls by `pull` across and by `fall` along the axis.
         V one = 1.0f, fall = 0.0f, pull = 2.0f * c[3], log_f = table.height.data[i][0];
         if (SEGMENTS && axis[3] > 0.0f) {
-            const D along = row[14] * x + row[15] * y + row[16] * z;
-            x -= row[14] * along; y -= row[15] * along; z -= row[16] * along;
+            const D along = row[AXIS_X] * x + row[AXIS_X + 1] * y + row[AXIS_X + 2] * z;
+            x -= row[AXIS_X] * along; y -= row[AXIS_X + 1] * along; z -= row[AXIS_X + 2] * along;
             const float a = sqrtf(c[3]);
             share(a * narrow(along), a * axis[3], table.height.data[i][2], one, fall);
             fall *= -a;
         }
         V height = 0.0f;
         if (RINGS && axis[3] < 0.0f) {
-            const D above = row[17] * x + row[18] * y + row[19] * z;
-            x -= row[17] * above; y -= row[18] * above; z -= row[19] * above;
+            const D above = row[NORMAL_X] * x + row[NORMAL_X + 1] * y + row[NORMAL_X + 2] * z;
+            x -= row[NORMAL_X] * above; y -= row[NORMAL_X + 1] * above; z -= row[NORMAL_X + 2] * above;
             height = narrow(above);
         }
         const V rx = narrow(x), ry = narrow(y), rz = narrow(z);
@@ -292,6 +293,9 @@ def _natives(kind, width):
     constants = {
         **packet_tracer.shapes(kind),
         "POINT": _POINT,
+        "POINT_X": POINT_X,
+        "AXIS_X": AXIS_X,
+        "NORMAL_X": NORMAL_X,
         "TILE_ROW": _TILE,
         "TILE": TILE,
         "FAR": int(packet_tracer.FAR),

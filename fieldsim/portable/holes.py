@@ -27,10 +27,21 @@ class Hole:
         )
 
     def check(self, name: str, value: Any, function: str) -> None:
-        """Raise PortableError where `value` cannot fill this hole, called `name`, of a portable function."""
-        count = None if self.arguments is None else len(self.arguments)
-        if _arguments(value) != count:
-            raise PortableError(f"{name} of portable function {function} is a {self}; {_shown(value)} does not fit it")
+        """Raise PortableError where `value` cannot fill this hole, called `name`, of a portable function.
+
+        It has as many arguments, and those that both name stand in the same place, so that none are swapped.
+        """
+        given = _arguments(value)
+        if self.arguments is None or given is None:
+            fits = self.arguments is None and isinstance(value, int | float)
+        else:
+            fits = len(given) == len(self.arguments) and all(
+                ours == theirs or (ours not in given and theirs not in self.arguments)
+                for ours, theirs in zip(self.arguments, given, strict=True)
+            )
+        if not fits:
+            what = repr(value) if given is None else f"{value.__qualname__} of ({', '.join(given)})"
+            raise PortableError(f"{name} of portable function {function} is a {self}; {what} does not fit it")
 
 
 def hole(arguments: str | None = None) -> Any:
@@ -39,15 +50,6 @@ def hole(arguments: str | None = None) -> Any:
 
 
 def _arguments(value):
-    """How many arguments a function takes; None for a number."""
+    """The names of a portable function's arguments; None for what is none."""
     code = getattr(getattr(value, "function", None), "__code__", None)
-    if code is not None:
-        return code.co_argcount
-    return None if isinstance(value, int | float) else -1
-
-
-def _shown(value):
-    count = _arguments(value)
-    if count is None or count < 0:
-        return repr(value)
-    return f"{value.__qualname__} of {count} arguments"
+    return None if code is None else code.co_varnames[: code.co_argcount]

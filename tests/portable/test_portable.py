@@ -6,6 +6,7 @@ import sys
 import threading
 import time
 import warnings
+from typing import TYPE_CHECKING
 
 import numba
 import numpy as np
@@ -80,9 +81,13 @@ def squared(x: real):
     return x * x
 
 
+inner = hole("x")
+offset = hole()
+
+
 @portable
 def applied(x: real):
-    return inner(x) + real(offset)  # noqa: F821 - bound below
+    return inner(x) + real(offset)
 
 
 @portable
@@ -209,8 +214,12 @@ def array_library(x: real):
     return np.sqrt(x)
 
 
+if TYPE_CHECKING:
+    nowhere = abs  # so that tools take the name for defined
+
+
 def undefined(x: real):
-    return nowhere(x)  # noqa: F821
+    return nowhere(x)
 
 
 def plain(x):
@@ -317,10 +326,13 @@ def test_refusal_names_the_line():
         portable(comprehension).warp(wp.float32)
 
 
+called = hole("x")
+
+
 def test_refusal_of_a_called_function_names_that_function():
     @portable
     def outer(x: real):
-        return called(x)  # noqa: F821 - bound below
+        return called(x)
 
     bad = outer.bind(called=Portable(lacks_function))
     for _ in range(2):
@@ -417,8 +429,14 @@ def test_a_hole_is_no_function():
         inner_of_two(1.0, 2.0)
 
 
+@portable
+def swapped(y: real, x: real):
+    return x / y
+
+
 @pytest.mark.parametrize(
-    ("name", "value"), [("inner_of_two", squared), ("inner_of_two", 1.0), ("FACTOR", squared), ("FACTOR", "3")]
+    ("name", "value"),
+    [("inner_of_two", squared), ("inner_of_two", swapped), ("inner_of_two", 1.0), ("FACTOR", squared), ("FACTOR", "3")],
 )
 def test_what_fills_a_hole_fits_it(name, value):
     with pytest.raises(

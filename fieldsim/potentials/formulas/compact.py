@@ -2,7 +2,7 @@
 
 import math
 
-from fieldsim.portable import portable, real
+from fieldsim.portable import hole, portable, real
 from fieldsim.potentials.formulas.point import point_jet
 from fieldsim.potentials.kernels import Metaball, Quartic, SoftObject
 from fieldsim.potentials.primitives.point import Point
@@ -22,13 +22,17 @@ def soft_object(w: real):
     return h, w * (real(10.0) + real(12.0) * w) / real(9.0), (real(10.0) + real(24.0) * w) / real(9.0)
 
 
+# The kernel as a polynomial in w = 1 - r^2 / radius^2, with its first two derivatives.
+profile = hole("w")
+
+
 @portable
 def _polynomial_point(r2: real, radius: real, fold: real):
     share = r2 / radius / radius
     w = real(1.0) - share
     if w <= real(0.0):
         return real(0.0), real(0.0), real(0.0)
-    h, slope, bend = profile(w)  # noqa: F821 - bound below
+    h, slope, bend = profile(w)
     return h, -real(2.0) * slope / radius / radius, real(4.0) * share * bend / radius / radius
 
 

@@ -187,5 +187,5 @@ def inverse_square_open_arc(
 
 register(InverseSquare, Point, point_jet.bind(kernel=inverse_square_point))
 register(InverseSquare, Segment, segment_jet.bind(kernel=inverse_square_segment))
-register(InverseSquare, Arc, arc_jet.bind(kernel=inverse_square_open_arc, ends=sharp_ends))
-register(InverseSquare, Circle, circle_jet.bind(kernel=inverse_square_circle, ring_offset=ring_offset))
+register(InverseSquare, Arc, arc_jet.bind(kernel=inverse_square_open_arc, offset=ring_offset, ends=sharp_ends))
+register(InverseSquare, Circle, circle_jet.bind(kernel=inverse_square_circle, offset=ring_offset))

@@ -9,7 +9,7 @@ import math
 
 from fieldsim.numerics.compensated import half_digits, split_at, two_difference
 from fieldsim.numerics.constants import TAU
-from fieldsim.portable import Table, portable, real
+from fieldsim.portable import Table, hole, portable, real
 from fieldsim.potentials.formulas.point import EXPONENT_LIMIT
 from fieldsim.potentials.formulas.triangle.compact import SOFT_2, SOFT_3, metaball_levels
 from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Metaball, Newtonian, Quartic, SoftObject
@@ -62,15 +62,20 @@ def newtonian_plane(z: real, softening: real, fold: real):
     return -real(TAU) * z * (z / (w + softening)), -real(TAU) * u, -real(TAU) * ratio * ratio / w
 
 
+# h = c2 y^2 + c3 y^3.
+c2 = hole()
+c3 = hole()
+
+
 @portable
 def _polynomial_plane(z: real, radius: real, fold: real):
     """(F, dF/dz, d2F/dz2) of c2 y^2 + c3 y^3, y = 1 - (z / radius)^2, within the radius."""
     u = z / radius
     # The difference is exact next to the support's edge.
     y = max((radius - abs(z)) * (radius + abs(z)) / (radius * radius), real(0.0))
-    f = real(math.pi) * radius * radius * (real(c2) / real(3.0) + real(c3) * y / real(4.0)) * y * y * y  # noqa: F821 - bound below
-    slope = -real(TAU) * (real(c2) + real(c3) * y) * y * y  # noqa: F821
-    bend = (real(2.0) * real(c2) + real(3.0) * real(c3) * y) * y  # noqa: F821
+    f = real(math.pi) * radius * radius * (real(c2) / real(3.0) + real(c3) * y / real(4.0)) * y * y * y
+    slope = -real(TAU) * (real(c2) + real(c3) * y) * y * y
+    bend = (real(2.0) * real(c2) + real(3.0) * real(c3) * y) * y
     return f, z * slope, slope + real(2.0) * real(TAU) * u * u * bend
 
 
@@ -112,6 +117,9 @@ def close_height(x: real, y: real, z: real, rows: Table, i: int, reach: real):
     return lead + rest
 
 
+kernel = hole("z, width, fold")
+
+
 @portable
 def _element(x: real, y: real, z: real, rows: Table, i: int):
     nx, ny, nz = normal_of(rows, i)
@@ -120,7 +128,7 @@ def _element(x: real, y: real, z: real, rows: Table, i: int):
     reach = max(abs(dx), max(abs(dy), abs(dz)))
     if abs(height) < real(CLOSE) * reach:
         height = close_height(x, y, z, rows, i, reach)
-    f, slope, curve = kernel(height, rows[i, KERNEL_WIDTH], rows[i, FOLD])  # noqa: F821 - bound below
+    f, slope, curve = kernel(height, rows[i, KERNEL_WIDTH], rows[i, FOLD])
     f *= rows[i, STRENGTH]
     slope *= rows[i, STRENGTH]
     curve *= rows[i, STRENGTH]

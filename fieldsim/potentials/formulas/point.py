@@ -2,7 +2,7 @@
 
 import math
 
-from fieldsim.portable import Table, portable, real
+from fieldsim.portable import Table, hole, portable, real
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
 from fieldsim.potentials.primitives.point import Point
 from fieldsim.potentials.registry import register
@@ -44,12 +44,15 @@ def newtonian_point(r2: real, softening: real, fold: real):
     return h, slope, -real(3.0) * slope * (r2 / d2)
 
 
+kernel = hole("r2, width, fold")
+
+
 @portable
 def point_jet(x: real, y: real, z: real, rows: Table, i: int):
     """Jet of a point. `kernel(r2, width, fold)` returns (F, F' / r, F'' - F' / r)."""
     dx, dy, dz = from_point(x, y, z, rows, i)
     r2 = dx * dx + dy * dy + dz * dz
-    f, slope, bend = kernel(r2, rows[i, KERNEL_WIDTH], rows[i, FOLD])  # noqa: F821 - bound by the formulas
+    f, slope, bend = kernel(r2, rows[i, KERNEL_WIDTH], rows[i, FOLD])
     f *= rows[i, STRENGTH]
     slope *= rows[i, STRENGTH]
     bend *= rows[i, STRENGTH]

@@ -2,7 +2,7 @@
 
 import math
 
-from fieldsim.portable import Table, portable, real
+from fieldsim.portable import Table, hole, portable, real
 from fieldsim.potentials import registry
 from fieldsim.potentials.primitives.arc import Arc
 from fieldsim.potentials.primitives.profile import ProfiledArc, ProfiledSegment
@@ -115,14 +115,19 @@ def _along_arc(x: real, y: real, z: real, rows: Table, i: int):
     )
 
 
+# u and its derivatives; the jet without the profile.
+along = hole("x, y, z, rows, i")
+jet = hole("x, y, z, rows, i")
+
+
 @portable
 def profiled_jet(x: real, y: real, z: real, rows: Table, i: int):
     """Jet of a profiled primitive from its own `jet` and its parameter `along` (bound below).
 
     On a bare wire: inf of the factor's sign, 0 where the factor is 0; infinite parts of derivatives are left out.
     """
-    u, ux, uy, uz, uxx, uyy, uzz, uxy, uxz, uyz = along(x, y, z, rows, i)  # noqa: F821
-    f, fx, fy, fz, fxx, fyy, fzz, fxy, fxz, fyz = jet(x, y, z, rows, i)  # noqa: F821
+    u, ux, uy, uz, uxx, uyy, uzz, uxy, uxz, uyz = along(x, y, z, rows, i)
+    f, fx, fy, fz, fxx, fyy, fzz, fxy, fxz, fyz = jet(x, y, z, rows, i)
     p, p1, p2 = _factor(u, rows, i)
     value = real(0.0)
     if p != real(0.0):

@@ -19,7 +19,7 @@ import math
 from fieldsim.numerics.constants import THIRD
 from fieldsim.numerics.elementary import log1p
 from fieldsim.numerics.precision import is_single
-from fieldsim.portable import Table, portable, real
+from fieldsim.portable import Table, hole, portable, real
 from fieldsim.potentials import registry
 from fieldsim.potentials.formulas.segment.segment import beside_line
 from fieldsim.potentials.kernels import Newtonian
@@ -74,6 +74,17 @@ def _edge(x: real, y: real, z: real, rows: Table, i: int, start: int, end: int, 
     return rho2, h, d, line, angle, ex, ey, ez
 
 
+# Coefficients of the series of atanh(t) / t, in t^2.
+s_0 = hole()
+s_1 = hole()
+s_2 = hole()
+s_3 = hole()
+s_4 = hole()
+s_5 = hole()
+s_6 = hole()
+s_7 = hole()
+
+
 @portable
 def _line_and_angle(d: real, w: real, rho2: real, lo: real, length: real):
     """Integral of 1/r along an edge, and its part of the solid angle seen from height w; see `triangle_edges.view`."""
@@ -86,14 +97,14 @@ def _line_and_angle(d: real, w: real, rho2: real, lo: real, length: real):
     if length < real(0.125) * both:
         t = length / both
         t2 = t * t
-        p = real(s_7)  # noqa: F821 - bound below
-        p = p * t2 + real(s_6)  # noqa: F821
-        p = p * t2 + real(s_5)  # noqa: F821
-        p = p * t2 + real(s_4)  # noqa: F821
-        p = p * t2 + real(s_3)  # noqa: F821
-        p = p * t2 + real(s_2)  # noqa: F821
-        p = p * t2 + real(s_1)  # noqa: F821
-        p = p * t2 + real(s_0)  # noqa: F821
+        p = real(s_7)
+        p = p * t2 + real(s_6)
+        p = p * t2 + real(s_5)
+        p = p * t2 + real(s_4)
+        p = p * t2 + real(s_3)
+        p = p * t2 + real(s_2)
+        p = p * t2 + real(s_1)
+        p = p * t2 + real(s_0)
         line = real(2.0) * (t + t * t2 * p)
     else:
         excess = rho2 / (r_hi + hi)

@@ -21,7 +21,7 @@ import math
 from fieldsim.numerics.angles import arctangent
 from fieldsim.numerics.constants import HALF_PI, TAU, THIRD
 from fieldsim.numerics.elliptic import carlson_d_trio
-from fieldsim.portable import portable, real
+from fieldsim.portable import hole, portable, real
 from fieldsim.potentials.formulas.arc.circle import cauchy_circle, gaussian_circle, newtonian_circle
 from fieldsim.potentials.formulas.arc.gaussian import gaussian_arc
 from fieldsim.potentials.formulas.arc.jet import arc_jet, plain_ends, plain_offset, ring_offset, sharp_ends
@@ -201,6 +201,12 @@ def _end_product(x0: real, x1: real, squares: real, n: real, difference: real):
     return difference * difference / (squares - real(2.0) * x0 * x1 * n)
 
 
+# The kernel on an arc and on a full circle, and whether the latter serves for the former.
+arc = hole("rho, inner, z, radius, c0, s0, c1, s1, half, turn, versine, width, fold")
+circle = hole("rho, inner, z, radius, width, fold")
+hollow = hole("rho, radius, width")
+
+
 @portable
 def _local(
     rho: real,
@@ -223,7 +229,7 @@ def _local(
     """
     half = real(0.5) * angle
     zero = real(0.0)
-    inside = hollow(rho, radius, width)  # noqa: F821 - bound below
+    inside = hollow(rho, radius, width)
     whole = half > real(HALF_PI) and (inside or angle >= real(TAU))
     if whole:
         # The rest, from the arc's end to its start, is seen over v1 - pi..v0 or, from its azimuths, v1..v0 + pi.
@@ -250,11 +256,11 @@ def _local(
     fbn = zero
     # One call for both, so that compilers inline it and drop what is not asked for.
     if not whole or (inside and turn > zero):
-        f, fa, fb, fn, faa, fbb, fnn, fab, fan, fbn = arc(  # noqa: F821
+        f, fa, fb, fn, faa, fbb, fnn, fab, fan, fbn = arc(
             rho, inner, z, radius, c0, s0, c1, s1, half, turn, versine, width, fold
         )
     if whole:
-        g, across, gn, gaa, gnn, gan = circle(rho, inner, z, radius, width, fold)  # noqa: F821
+        g, across, gn, gaa, gnn, gan = circle(rho, inner, z, radius, width, fold)
         f = g - f
         fa = across * rho - fa
         fb = -fb
@@ -286,5 +292,5 @@ for _kernel, _arc, _circle, _inside, _offset, _ends in (
     (Newtonian, newtonian_arc, newtonian_circle, _hollow, ring_offset, sharp_ends),
 ):
     _kernel_jet = _local.bind(arc=_arc, circle=_circle, hollow=_inside)
-    _jet = arc_jet.bind(kernel=_kernel_jet, ring_offset=_offset, ends=_ends)
+    _jet = arc_jet.bind(kernel=_kernel_jet, offset=_offset, ends=_ends)
     register(_kernel, Arc, _jet)

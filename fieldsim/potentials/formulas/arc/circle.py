@@ -11,7 +11,7 @@ import math
 from fieldsim.numerics.bessel import bessel_scaled
 from fieldsim.numerics.constants import TAU
 from fieldsim.numerics.elliptic import elliptic_dv
-from fieldsim.portable import Table, portable, real
+from fieldsim.portable import Table, hole, portable, real
 from fieldsim.potentials.formulas.arc.jet import plain_offset, ring_offset
 from fieldsim.potentials.formulas.point import EXPONENT_LIMIT
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
@@ -128,6 +128,10 @@ def newtonian_circle(rho: real, inner: real, z: real, radius: real, softening: r
     )
 
 
+kernel = hole("rho, inner, z, radius, width, fold")
+offset = hole("x, y, z, rows, i, rho, height")
+
+
 @portable
 def circle_jet(x: real, y: real, z: real, rows: Table, i: int):
     """Jet of a circle.
@@ -143,8 +147,8 @@ def circle_jet(x: real, y: real, z: real, rows: Table, i: int):
     wy -= height * ny
     wz -= height * nz
     rho = math.sqrt(wx * wx + wy * wy + wz * wz)
-    inner, height = ring_offset(x, y, z, rows, i, rho, height)
-    f, across, along, radial, along_along, mixed = kernel(  # noqa: F821 - bound below
+    inner, height = offset(x, y, z, rows, i, rho, height)
+    f, across, along, radial, along_along, mixed = kernel(
         rho, inner, height, radius, rows[i, KERNEL_WIDTH], rows[i, FOLD]
     )
     f *= rows[i, STRENGTH]
@@ -180,5 +184,5 @@ for _kernel, _local, _offset in (
     (Gaussian, gaussian_circle, plain_offset),
     (Newtonian, newtonian_circle, ring_offset),
 ):
-    _jet = circle_jet.bind(kernel=_local, ring_offset=_offset)
+    _jet = circle_jet.bind(kernel=_local, offset=_offset)
     register(_kernel, Circle, _jet)

@@ -10,8 +10,8 @@ import math
 from fieldsim.numerics.angles import arctangent, sine_cosine
 from fieldsim.numerics.constants import HALF_PI, TAU
 from fieldsim.numerics.sine_integrals import sine_powers, sine_sixth
-from fieldsim.portable import portable, real
-from fieldsim.potentials.formulas.arc.jet import arc_jet, no_ends
+from fieldsim.portable import hole, portable, real
+from fieldsim.potentials.formulas.arc.jet import arc_jet, no_ends, ring_offset
 from fieldsim.potentials.kernels import Quartic, SoftObject
 from fieldsim.potentials.primitives.arc import Arc
 from fieldsim.potentials.primitives.circle import Circle
@@ -44,6 +44,11 @@ def middle(angle: real, c0: real, s0: real):
     if v > real(HALF_PI):
         v -= real(math.pi)
     return v
+
+
+# h = SQUARE w^2 + CUBE w^3.
+SQUARE = hole()
+CUBE = hole()
 
 
 @portable
@@ -83,9 +88,9 @@ def _part(rho: real, inner: real, z: real, radius: real, support: real, mid: rea
     ww_s = -real(2.0) * s * w_ss
     www = a * (a * w - b * w_c) - b * (a * w_c - b * w_cc) + real(3.0) * s * s * w_ss
     # h = SQUARE w^2 + CUBE w^3.
-    two = real(2.0) * real(SQUARE)  # noqa: F821 - bound below
-    three = real(3.0) * real(CUBE)  # noqa: F821
-    six = real(6.0) * real(CUBE)  # noqa: F821
+    two = real(2.0) * real(SQUARE)
+    three = real(3.0) * real(CUBE)
+    six = real(6.0) * real(CUBE)
     g = two * w + three * ww
     g_c = two * w_c + three * ww_c
     g_s = two * w_s + three * ww_s
@@ -106,7 +111,7 @@ def _part(rho: real, inner: real, z: real, radius: real, support: real, mid: rea
     fuz = pull * z * (u * k + radius * k_c)
     fvz = pull * z * (v * k - radius * k_s)
     return (
-        radius * (real(SQUARE) * ww + real(CUBE) * www),  # noqa: F821
+        radius * (real(SQUARE) * ww + real(CUBE) * www),
         cos * fu - sin * fv,
         sin * fu + cos * fv,
         fz,
@@ -117,6 +122,9 @@ def _part(rho: real, inner: real, z: real, radius: real, support: real, mid: rea
         cos * fuz - sin * fvz,
         sin * fuz + cos * fvz,
     )
+
+
+part = hole("rho, inner, z, radius, support, mid, half")
 
 
 @portable
@@ -168,7 +176,7 @@ def _polynomial_arc(
             part_half = real(0.5) * (min(high, edge) - max(low, -edge))
             part_mid = real(0.5) * (min(high, edge) + max(low, -edge))
         if part_half > real(0.0):
-            g, ga, gb, gn, gaa, gbb, gnn, gab, gan, gbn = part(rho, inner, z, radius, support, part_mid, part_half)  # noqa: F821
+            g, ga, gb, gn, gaa, gbb, gnn, gab, gan, gbn = part(rho, inner, z, radius, support, part_mid, part_half)
             f += g
             fa += ga
             fb += gb
@@ -186,5 +194,5 @@ soft_object_arc = _polynomial_arc.bind(part=_part.bind(SQUARE=5 / 9, CUBE=4 / 9)
 quartic_arc = _polynomial_arc.bind(part=_part.bind(SQUARE=1.0, CUBE=0.0))
 
 for _primitive in (Arc, Circle):
-    register(SoftObject, _primitive, arc_jet.bind(kernel=soft_object_arc, ends=no_ends))
-    register(Quartic, _primitive, arc_jet.bind(kernel=quartic_arc, ends=no_ends))
+    register(SoftObject, _primitive, arc_jet.bind(kernel=soft_object_arc, offset=ring_offset, ends=no_ends))
+    register(Quartic, _primitive, arc_jet.bind(kernel=quartic_arc, offset=ring_offset, ends=no_ends))

@@ -9,7 +9,7 @@ from fieldsim.numerics.angles import sine_cosine
 from fieldsim.numerics.compensated import half_digits, split_at, two_difference
 from fieldsim.numerics.constants import TAU
 from fieldsim.numerics.precision import is_single
-from fieldsim.portable import Table, portable, real
+from fieldsim.portable import Table, hole, portable, real
 from fieldsim.potentials.formulas.arc.ends import BESIDE, BESIDE_SINGLE, beside_end, beside_start
 from fieldsim.potentials.row import (
     ANGLE,
@@ -130,6 +130,11 @@ def sharp_ends(x: real, y: real, z: real, rows: Table, i: int, rho: real, near: 
     return s0, c1, s1, turn, versine
 
 
+kernel = hole("rho, inner, z, radius, angle, c0, s0, c1, s1, turn, versine, width, fold")
+offset = hole("x, y, z, rows, i, rho, height")
+ends = hole("x, y, z, rows, i, rho, near, c0, s0")
+
+
 @portable
 def arc_jet(x: real, y: real, z: real, rows: Table, i: int):
     """Jet of an arc or circle, in the coordinates of `arc`.
@@ -155,11 +160,9 @@ def arc_jet(x: real, y: real, z: real, rows: Table, i: int):
         cos = p * inverse
         sin = q * inverse
     c0, s0 = half_angle(cos, sin)
-    inner, height = ring_offset(x, y, z, rows, i, rho, dx * nx + dy * ny + dz * nz)
-    s0, c1, s1, turn, versine = ends(  # noqa: F821 - bound by the formulas
-        x, y, z, rows, i, rho, abs(inner) + abs(height), c0, s0
-    )
-    f, fa, fb, fn, faa, fbb, fnn, fab, fan, fbn = kernel(  # noqa: F821 - bound by the formulas
+    inner, height = offset(x, y, z, rows, i, rho, dx * nx + dy * ny + dz * nz)
+    s0, c1, s1, turn, versine = ends(x, y, z, rows, i, rho, abs(inner) + abs(height), c0, s0)
+    f, fa, fb, fn, faa, fbb, fnn, fab, fan, fbn = kernel(
         rho,
         inner,
         height,

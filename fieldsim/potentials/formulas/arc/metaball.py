@@ -16,7 +16,7 @@ from fieldsim.numerics.quadrature import legendre_12
 from fieldsim.numerics.sine_integrals import sine_powers
 from fieldsim.portable import portable, real
 from fieldsim.potentials.formulas.arc.compact import middle, reach
-from fieldsim.potentials.formulas.arc.jet import arc_jet, no_ends
+from fieldsim.potentials.formulas.arc.jet import arc_jet, no_ends, ring_offset
 from fieldsim.potentials.kernels import Metaball
 from fieldsim.potentials.primitives.arc import Arc
 from fieldsim.potentials.primitives.circle import Circle
@@ -255,4 +255,4 @@ def metaball_arc(
 
 
 for _primitive in (Arc, Circle):
-    register(Metaball, _primitive, arc_jet.bind(kernel=metaball_arc, ends=no_ends))
+    register(Metaball, _primitive, arc_jet.bind(kernel=metaball_arc, offset=ring_offset, ends=no_ends))

@@ -9,12 +9,15 @@ import math
 from fieldsim.numerics.constants import THIRD
 from fieldsim.numerics.elementary import log1p
 from fieldsim.numerics.quadrature import legendre_4
-from fieldsim.portable import portable, real
+from fieldsim.portable import hole, portable, real
 from fieldsim.potentials.formulas.compact import quartic, soft_object
 from fieldsim.potentials.formulas.segment.segment import segment_jet
 from fieldsim.potentials.kernels import Metaball, Quartic, SoftObject
 from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.potentials.registry import register
+
+# The kernel as a polynomial in w = 1 - r^2 / radius^2, with its first two derivatives.
+profile = hole("w")
 
 
 @portable
@@ -52,7 +55,7 @@ def _polynomial_segment(lo: real, rho2: real, length: real, radius: real, fold: 
             q = middle + half * node
             if side == 1:
                 q = middle - half * node
-            h, slope, curve = profile(k2 - q * q)  # noqa: F821 - bound below
+            h, slope, curve = profile(k2 - q * q)
             f += weight * h
             along -= weight * q * slope
             across -= weight * slope

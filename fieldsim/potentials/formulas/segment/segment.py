@@ -15,7 +15,7 @@ from fieldsim.numerics.compensated import half_digits, split_at, two_difference
 from fieldsim.numerics.elementary import log1p
 from fieldsim.numerics.error_functions import erfcx
 from fieldsim.numerics.quadrature import legendre_8
-from fieldsim.portable import Table, portable, real
+from fieldsim.portable import Table, hole, portable, real
 from fieldsim.potentials.formulas.point import EXPONENT_LIMIT, FAR
 from fieldsim.potentials.formulas.segment.inverse_powers import inverse_powers
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
@@ -219,6 +219,9 @@ def beside_line(
     return out, lo, wx, wy, wz, rho2
 
 
+kernel = hole("lo, rho2, length, width, fold")
+
+
 @portable
 def segment_jet(x: real, y: real, z: real, rows: Table, i: int):
     """Jet of a segment, in the coordinates of `segment`: lo along, rho across.
@@ -228,7 +231,7 @@ def segment_jet(x: real, y: real, z: real, rows: Table, i: int):
     length = rows[i, LENGTH]
     ux, uy, uz = axis_of(rows, i)
     out, lo, wx, wy, wz, rho2 = beside_line(x, y, z, rows, i, START_X, END_X, ux, uy, uz, length)
-    f, slope, across, slope_slope, mixed, bend = kernel(lo, rho2, length, rows[i, KERNEL_WIDTH], rows[i, FOLD])  # noqa: F821
+    f, slope, across, slope_slope, mixed, bend = kernel(lo, rho2, length, rows[i, KERNEL_WIDTH], rows[i, FOLD])
     f *= rows[i, STRENGTH]
     slope *= out * rows[i, STRENGTH]
     across *= rows[i, STRENGTH]

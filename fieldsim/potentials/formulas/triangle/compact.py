@@ -8,7 +8,7 @@ import math
 
 from fieldsim.numerics.constants import THIRD
 from fieldsim.numerics.quadrature import legendre_4
-from fieldsim.portable import portable, real
+from fieldsim.portable import hole, portable, real
 from fieldsim.potentials.formulas.segment.segment import newtonian_segment
 from fieldsim.potentials.formulas.triangle.edges import angles, formula
 from fieldsim.potentials.formulas.triangle.triangle import FAR
@@ -52,17 +52,22 @@ def _both_angles(d: real, start: real, end: real, again: real, last: real):
 # Polynomials in y = 1 - r^2 / R^2: h = c2 y^2 + c3 y^3.
 
 
+# h = c2 y^2 + c3 y^3.
+c2 = hole()
+c3 = hole()
+
+
 @portable
 def _node(t: real, weight: real, square: real, per_r2: real, y0: real):
     """A quadrature node's share of the integrals of h, h' and of (Y - Y0), (h - h0), (h' - h0') over y - y0; Y' = h."""
     y = (square - t * t) * per_r2
-    h = (real(c2) + real(c3) * y) * y * y  # noqa: F821 - bound by the kernel
-    slope = (real(2.0) * real(c2) + real(3.0) * real(c3) * y) * y  # noqa: F821
+    h = (real(c2) + real(c3) * y) * y * y
+    slope = (real(2.0) * real(c2) + real(3.0) * real(c3) * y) * y
     squares = y0 * y0 + (y0 + y) * y
     cubes = (y0 + y) * (y0 * y0 + y * y)
-    f = real(c2) * squares * real(THIRD) + real(0.25) * real(c3) * cubes  # noqa: F821
-    f_1 = real(c2) * (y0 + y) + real(c3) * squares  # noqa: F821
-    f_2 = real(2.0) * real(c2) + real(3.0) * real(c3) * (y0 + y)  # noqa: F821
+    f = real(c2) * squares * real(THIRD) + real(0.25) * real(c3) * cubes
+    f_1 = real(c2) * (y0 + y) + real(c3) * squares
+    f_2 = real(2.0) * real(c2) + real(3.0) * real(c3) * (y0 + y)
     return weight * h, weight * slope, weight * f, weight * f_1, weight * f_2
 
 
@@ -96,7 +101,7 @@ def polynomial_edge(d: real, lo: real, length: real, z: real, radius: real, fold
     drop = y_hi - y_lo
     if y_lo > real(0.0) and y_hi > real(0.0):
         drop = -length * (lo + hi) * per_r2
-    along = drop * (real(c2) * (y_lo + y_hi) + real(c3) * (y_lo * y_lo + y_lo * y_hi + y_hi * y_hi))  # noqa: F821 - bound below
+    along = drop * (real(c2) * (y_lo + y_hi) + real(c3) * (y_lo * y_lo + y_lo * y_hi + y_hi * y_hi))
     cos, sin = _both_angles(d, lo, start, end, hi)
     return (
         s_a + s_b + s_c + s_d,
@@ -136,9 +141,9 @@ def polynomial_total(
     if y0 <= real(0.0) or (outside > real(0.0) and q_4 == real(0.0)):
         return real(0.0), real(0.0), real(0.0)
     turn = real(0.5) * r2 * angle_1
-    f = q_1 + turn * (real(c2) * real(THIRD) + real(0.25) * real(c3) * y0) * y0 * y0 * y0  # noqa: F821 - bound below
-    slope = -real(2.0) * (q_2 + turn * (real(c2) + real(c3) * y0) * y0 * y0) / r2  # noqa: F821
-    curve = real(4.0) * (q_3 + turn * (real(2.0) * real(c2) + real(3.0) * real(c3) * y0) * y0) / r2  # noqa: F821
+    f = q_1 + turn * (real(c2) * real(THIRD) + real(0.25) * real(c3) * y0) * y0 * y0 * y0
+    slope = -real(2.0) * (q_2 + turn * (real(c2) + real(c3) * y0) * y0 * y0) / r2
+    curve = real(4.0) * (q_3 + turn * (real(2.0) * real(c2) + real(3.0) * real(c3) * y0) * y0) / r2
     return f, z * slope, slope + curve * (z / radius) * (z / radius)
 
 
@@ -147,9 +152,9 @@ def polynomial_point(r2: real, radius: real, fold: real):
     """The kernel h and its first two derivatives in r^2."""
     per_r2 = real(1.0) / (radius * radius)
     y = max(real(1.0) - r2 * per_r2, real(0.0))
-    h = (real(c2) + real(c3) * y) * y * y  # noqa: F821 - bound below
-    slope = (real(2.0) * real(c2) + real(3.0) * real(c3) * y) * y  # noqa: F821
-    curve = real(2.0) * real(c2) + real(6.0) * real(c3) * y  # noqa: F821
+    h = (real(c2) + real(c3) * y) * y * y
+    slope = (real(2.0) * real(c2) + real(3.0) * real(c3) * y) * y
+    curve = real(2.0) * real(c2) + real(6.0) * real(c3) * y
     return h, -per_r2 * slope, per_r2 * per_r2 * curve
 
 

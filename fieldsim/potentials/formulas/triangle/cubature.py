@@ -9,7 +9,7 @@ from fieldsim.numerics.quadrature import (
     unit_legendre_4,
     unit_legendre_6,
 )
-from fieldsim.portable import portable, real
+from fieldsim.portable import hole, portable, real
 
 # In single precision 16 points do from so many sizes, from where the closed forms lose more by cancelling.
 FAR_SINGLE = 3.0
@@ -34,6 +34,13 @@ def points_a_side(sizes2: real, far: real):
     return 0
 
 
+# The kernel and its first two derivatives in r^2; nodes and weights of the rule, of count^2 points.
+point = hole("r2, k, fold")
+radius = hole("k")
+abscissa = hole("k")
+count = hole()
+
+
 @portable
 def _conical(ax: real, ay: real, bx: real, by: real, cx: real, cy: real, z: real, area: real, k: real, fold: real):
     """Jet in the triangle's frame by the conical rule of count^2 points, degree 2 count - 1 (Stroud 1971)."""
@@ -48,15 +55,15 @@ def _conical(ax: real, ay: real, bx: real, by: real, cx: real, cy: real, z: real
     fxz = real(0.0)
     fyz = real(0.0)
     ring = int(0)  # noqa: UP018, RUF046 - a variable to Warp, which so unrolls only the inner loop
-    while ring < count:  # noqa: F821 - bound below
-        s, share = radius(ring)  # noqa: F821 - bound below
+    while ring < count:
+        s, share = radius(ring)
         ring += 1
-        for place in range(count):  # noqa: F821
-            t, weight = abscissa(place)  # noqa: F821 - bound below
+        for place in range(count):
+            t, weight = abscissa(place)
             weight *= share * area
             dx = -(ax + s * ((bx - ax) + t * (cx - bx)))
             dy = -(ay + s * ((by - ay) + t * (cy - by)))
-            h, slope, curve = point(dx * dx + dy * dy + z * z, k, fold)  # noqa: F821 - bound by the kernel
+            h, slope, curve = point(dx * dx + dy * dy + z * z, k, fold)
             f += weight * h
             slope *= real(2.0) * weight
             curve *= real(4.0) * weight
@@ -70,6 +77,11 @@ def _conical(ax: real, ay: real, bx: real, by: real, cx: real, cy: real, z: real
             fxz += curve * dx
             fyz += curve * dy
     return f, fx, fy, level * z, fxx + level, fyy + level, bend * z * z + level, fxy, fxz * z, fyz * z
+
+
+few = hole("ax, ay, bx, by, cx, cy, z, area, k, fold")
+some = hole("ax, ay, bx, by, cx, cy, z, area, k, fold")
+many = hole("ax, ay, bx, by, cx, cy, z, area, k, fold")
 
 
 @portable
@@ -88,10 +100,10 @@ def _far_away(
 ):
     """Jet in the triangle's frame by side^2 points of the definition; side is 2, 4 or 6."""
     if side == 2:
-        return few(ax, ay, bx, by, cx, cy, z, area, k, fold)  # noqa: F821 - bound below
+        return few(ax, ay, bx, by, cx, cy, z, area, k, fold)
     if side == 4:
-        return some(ax, ay, bx, by, cx, cy, z, area, k, fold)  # noqa: F821
-    return many(ax, ay, bx, by, cx, cy, z, area, k, fold)  # noqa: F821
+        return some(ax, ay, bx, by, cx, cy, z, area, k, fold)
+    return many(ax, ay, bx, by, cx, cy, z, area, k, fold)
 
 
 def far_away(point):

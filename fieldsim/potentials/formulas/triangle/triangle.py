@@ -18,7 +18,7 @@ import math
 from fieldsim.numerics.angles import arctangent, turned
 from fieldsim.numerics.compensated import split_at, two_difference
 from fieldsim.numerics.constants import TAU, THIRD
-from fieldsim.portable import Table, portable, real
+from fieldsim.portable import Table, hole, portable, real
 from fieldsim.potentials.row import (
     AREA,
     CORNER_A_X,
@@ -85,6 +85,11 @@ def _beside(px: real, py: real, qx: real, qy: real, d: real, otherwise: real):
     return otherwise
 
 
+# What a kernel adds for an edge, and what it makes of the sums; see `edges`.
+edge = hole("d, lo, length, z, k, fold, outside")
+total = hole("q_1, q_2, q_3, q_4, angle_1, angle_2, angle_3, z, k, fold, outside, trace")
+
+
 @portable
 def near_by(
     ax: real,
@@ -148,7 +153,7 @@ def near_by(
             qy = ay
             d = d_ca
         lo, side, ux, uy, length = _edge_line(px, py, qx, qy)
-        s, along, across, q_1, q_2, q_3, q_4, cos_1, sin_1, cos_2, sin_2, cos_3, sin_3 = edge(  # noqa: F821 - bound by the kernel
+        s, along, across, q_1, q_2, q_3, q_4, cos_1, sin_1, cos_2, sin_2, cos_3, sin_3 = edge(
             d, lo, length, z, k, fold, outside
         )
         # Outward normal (uy, -ux); moving along u lowers lo, moving along the normal lowers d.
@@ -172,9 +177,7 @@ def near_by(
     angle_1 = arctangent(y_1, x_1) + real(TAU) * turns_1
     angle_2 = arctangent(y_2, x_2) + real(TAU) * turns_2
     angle_3 = arctangent(y_3, x_3) + real(TAU) * turns_3
-    f, fz, fzz = total(  # noqa: F821 - bound by the kernel
-        sum_1, sum_2, sum_3, sum_4, angle_1, angle_2, angle_3, z, k, fold, outside, fxx + fyy
-    )
+    f, fz, fzz = total(sum_1, sum_2, sum_3, sum_4, angle_1, angle_2, angle_3, z, k, fold, outside, fxx + fyy)
     return f, fx, fy, fz, fxx, fyy, fzz, fxy, fxz, fyz
 
 
@@ -205,6 +208,12 @@ def _remainder(p: real, base: real, left: real, right: real, s: real, t: real, s
     lead = (d_high - s_high * e_high) - t_high * g_high
     rest = d_low - s_high * e_low - s_low * e - t_high * g_low - t_low * g
     return lead + (rest + (d_error - s * e_error - t * g_error))
+
+
+is_gone = hole("away, size, k")
+points = hole("away, size, k")
+distant = hole("side, ax, ay, bx, by, cx, cy, z, area, k, fold")
+closed_form = hole("ax, ay, bx, by, cx, cy, d_ab, d_bc, d_ca, z, k, fold")
 
 
 @portable
@@ -257,12 +266,12 @@ def triangle_jet(x: real, y: real, z: real, rows: Table, i: int):
     middle_x = real(THIRD) * (ax + bx + cx)
     middle_y = real(THIRD) * (ay + by + cy)
     away = middle_x * middle_x + middle_y * middle_y + height * height
-    if is_gone(away, size, k):  # noqa: F821 - bound by the kernel
+    if is_gone(away, size, k):
         nil = real(0.0)
         return nil, nil, nil, nil, nil, nil, nil, nil, nil, nil
-    side = points(away, size, k)  # noqa: F821 - bound by the kernel
+    side = points(away, size, k)
     if side > 0:
-        f, f1, f2, f3, f11, f22, f33, f12, f13, f23 = distant(  # noqa: F821
+        f, f1, f2, f3, f11, f22, f33, f12, f13, f23 = distant(
             side, ax, ay, bx, by, cx, cy, height, rows[i, AREA], k, fold
         )
     else:
@@ -287,7 +296,7 @@ def triangle_jet(x: real, y: real, z: real, rows: Table, i: int):
             d_ca = (s + more_s) * twice / math.sqrt((cx - ax) * (cx - ax) + (cy - ay) * (cy - ay))
             rest = ((real(1.0) - max(s, t)) - min(s, t)) - (more_s + more_t)
             d_bc = rest * twice / math.sqrt((cx - bx) * (cx - bx) + (cy - by) * (cy - by))
-        f, f1, f2, f3, f11, f22, f33, f12, f13, f23 = closed_form(  # noqa: F821
+        f, f1, f2, f3, f11, f22, f33, f12, f13, f23 = closed_form(
             ax, ay, bx, by, cx, cy, d_ab, d_bc, d_ca, height, k, fold
         )
     w = rows[i, STRENGTH]

@@ -15,11 +15,11 @@ LEVELS, SPIKES = 5, 512
 
 def grow(rng, sway):
     """Rig of branches, each a bone at the tip of its parent, and their lengths."""
-    bones, lengths = [], {}
+    bones, lengths, turn = [], {}, 0.0
     for level in range(LEVELS):
         for k in range(2**level):
             length = 0.55 * 0.85**level
-            turn = rng.uniform(0, 2 * math.pi) if k % 2 == 0 else turn + math.pi  # noqa: F821 - twins part opposite ways
+            turn = rng.uniform(0, 2 * math.pi) if k % 2 == 0 else turn + math.pi  # twins part opposite ways
             lean = rng.uniform(0.45, 0.8) if level else 0.0
             axis = (math.cos(turn), math.sin(turn), 0.0)
             phase = rng.uniform(0, 2 * math.pi)

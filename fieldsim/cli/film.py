@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from fieldsim import scenario as scenarios
-from fieldsim.cli.types import Device, FilePath, Integrator, Positive, Size
+from fieldsim.cli.types import Device, FilePath, IntegratorType, Positive, Size
 from fieldsim.errors import FieldsimWarning, InputError, ScenarioError
 from fieldsim.render.layers import LAYERS
 from fieldsim.render.solids.skeleton import MODES
@@ -51,7 +51,7 @@ def film_options():
         ),
         click.Option(
             ["--integrator"],
-            type=Integrator(),
+            type=IntegratorType(),
             metavar="NAME[:NUMBER]",
             help="How things move: auto, radau, leapfrog:1e-3, blanesmoan6:0.05, ...; default the scenario's.",
         ),

@@ -27,7 +27,7 @@ class Size(click.ParamType):
             self.fail(f"size is {value}; give a width and a height from 1 to 16384", param, ctx)
 
 
-class Integrator(click.ParamType):
+class IntegratorType(click.ParamType):
     """An integrator, written auto, radau, leapfrog:1e-3, ..."""
 
     name = "integrator"

@@ -25,8 +25,8 @@ from fieldsim.dynamics.trials import (
     LOOKS,
     SHORTEST,
     Trial,
+    evaluation_cost,
     foreseen,
-    load,
     pace,
     quietly,
     sampled,
@@ -178,7 +178,8 @@ class _Search:
                 f"Auto: {len(simulation.mutual)} particles pull each other, and trials of more than {MOST_PULLING} "
                 "would take too long; give a method with its step, such as fs.BlanesMoan6(dt)"
             )
-        self.pace, self.load, self.longest = pace(simulation), load(simulation), simulation.bodies.longest_step
+        self.pace, self.longest = pace(simulation), simulation.bodies.longest_step
+        self.load = evaluation_cost(simulation)
         if not math.isfinite(self.pace):
             return self._unmoved()
         self.span = SPAN * self.pace if self.auto.span is None else self.auto.span

@@ -26,7 +26,7 @@ from fieldsim.dynamics.rigid.bodies import FreeBodies
 from fieldsim.dynamics.rigid.diagnostics import Wrenches, wrenches
 from fieldsim.dynamics.splitting.kernels import LANES, contact_kernel, method_of, splitting_kernel
 from fieldsim.dynamics.splitting.mutual_gravity import MutualGravity
-from fieldsim.dynamics.state import State, refuse_nonsense, renew, state_of, whole
+from fieldsim.dynamics.state import State, refuse_nonsense, renew, restored_if_broken_off, state_of
 from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.launch import checked_threads, device_named, launch
 from fieldsim.sources.stages import Sources, Stages, field_and_gradient, upload
@@ -195,7 +195,7 @@ class Simulation(Uncopied):
             for first in range(0, count, self._steps_per_launch):
                 steps = np.arange(first, min(first + self._steps_per_launch, count))
                 self._balls.first = first
-                with self._free.whole(), whole(self._written()):
+                with self._free.whole(), restored_if_broken_off(self._written()):
                     self._leap(steps, start, dt)
                     self._time = start + dt * float(steps[-1] + 1)
 

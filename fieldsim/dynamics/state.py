@@ -57,8 +57,8 @@ def refuse_nonsense(time: float, positions, velocities, remedy: str) -> None:
 
 
 @contextlib.contextmanager
-def whole(arrays):
-    """Within the block Warp arrays are written whole: where it is broken off, as by Ctrl-C, they are as before it."""
+def restored_if_broken_off(arrays):
+    """Context manager: if the block is broken off, as by Ctrl-C, the Warp arrays are as before it."""
     before = [wp.clone(array) if array.device.is_cuda else array.numpy().copy() for array in arrays]
     try:
         yield

@@ -91,7 +91,7 @@ def _times(speed, pull):
     return np.divide(speed, size, out=np.full(len(speed), math.inf), where=size > 0.0)
 
 
-def load(simulation) -> float:
+def evaluation_cost(simulation) -> float:
     """What one evaluation of all that moves costs, in particles."""
     count = sum(map(len, simulation.world.particles))
     cost = count + count * len(simulation.mutual) / PAIRS

@@ -12,7 +12,7 @@ from fieldsim.dynamics.radau.radau import Radau
 from fieldsim.dynamics.radau.section import radau_crossings
 from fieldsim.dynamics.refusals import refuse
 from fieldsim.dynamics.simulation import Simulation
-from fieldsim.dynamics.splitting.kernels import Method, advance_of, method_of, part_of, particle_at, put
+from fieldsim.dynamics.splitting.kernels import Method, advance_of, method_of, particle_at, put, substep_of
 from fieldsim.dynamics.state import State
 from fieldsim.errors import InputError
 from fieldsim.launch import checked_threads, launch
@@ -136,7 +136,7 @@ class _Sectioned(Simulation):
         """The plane at the steps' ends `times`, dt apart."""
         section, spin = self.section, self.section.spin or Spin(rate=0.0)
         turns, _places = spin_poses(spin, times)
-        plane = Plane()
+        plane = SectionPlane()
         plane.normals = wp.array(turns @ section.normal, dtype=wp.vec3d, device=self.device)
         plane.axis, plane.center = wp.vec3d(*spin.axis), wp.vec3d(*spin.center)
         plane.angle = spin.rate * dt
@@ -193,7 +193,7 @@ def quintic_at(q: Quintic, u: wp.float64):
 
 
 @wp.struct
-class Plane:
+class SectionPlane:
     """A section's plane during a launch: its normals at the steps' ends (steps + 1).
 
     It turns about `axis` through `center`, by `angle` in a step, and stands at `height` along its normal from there.
@@ -207,7 +207,7 @@ class Plane:
 
 
 @wp.func
-def height(x: wp.vec3d, plane: Plane, step: int, u: wp.float64):
+def height(x: wp.vec3d, plane: SectionPlane, step: int, u: wp.float64):
     """Signed distance of x from the plane at the fraction u of a step."""
     normal = plane.normals[step]
     across = wp.cross(plane.axis, normal)
@@ -218,7 +218,7 @@ def height(x: wp.vec3d, plane: Plane, step: int, u: wp.float64):
 
 
 @wp.func
-def crossing(q: Quintic, plane: Plane, step: int):
+def section_crossing(q: Quintic, plane: SectionPlane, step: int):
     """The fraction of the step at which the path pierces the plane: a bracket, halved until rounding stops it."""
     low = wp.float64(0.0)
     high = wp.float64(1.0)
@@ -250,7 +250,7 @@ def section_kernel(kinds_used, gradients: bool):
         dt: wp.float64,
         method: Method,
         gravity: Stages,
-        plane: Plane,
+        plane: SectionPlane,
         direction: int,
         state: State,
         times: wp.array2d(dtype=wp.float64),
@@ -262,7 +262,7 @@ def section_kernel(kinds_used, gradients: bool):
         for step in range(times.shape[1]):
             before = p
             for j in range(method.stages):
-                p = advance(p, part_of(method, j), gravity, step * method.stages + j + 1)
+                p = advance(p, substep_of(method, j), gravity, step * method.stages + j + 1)
             above = height(p.x, plane, step + 1, wp.float64(0.0)) >= wp.float64(0.0)
             if above != (height(before.x, plane, step, wp.float64(0.0)) >= wp.float64(0.0)) and (
                 direction == 0 or (direction > 0) == above
@@ -270,7 +270,7 @@ def section_kernel(kinds_used, gradients: bool):
                 _f, a0 = field(before.x, gravity, step * method.stages)
                 _f1, a1 = field(p.x, gravity, (step + 1) * method.stages)
                 q = Quintic(before.x, before.v, a0, p.x, p.v, a1, dt)
-                u = crossing(q, plane, step)
+                u = section_crossing(q, plane, step)
                 x, v = quintic_at(q, u)
                 times[i, step] = u * dt
                 positions[i, step] = x

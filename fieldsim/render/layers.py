@@ -28,7 +28,7 @@ _GAMMA = 2.2
 _SLANT = np.array((0.36, -0.48, 0.8))
 
 
-def prepare(hits: Hits, count: int, materials: int, device) -> None:
+def make_room(hits: Hits, count: int, materials: int, device) -> None:
     """Room in `hits` for what a layered tracing adds up."""
     hits.work = wp.zeros((count, 2), dtype=int, device=device)
     hits.weights = wp.zeros((count, max(materials, 1)), dtype=float, device=device)

@@ -48,7 +48,7 @@ class Tracer:
         hits = self._buffers(name, count, stage, exact)
         options = {"layered": True} if layered else self.solver.options
         if layered:
-            layers.prepare(hits, count, stage.scene.materials.shape[0], self.device)
+            layers.make_room(hits, count, stage.scene.materials.shape[0], self.device)
         inputs = [stage.view, stage.scene, self.solver.lists(stage), stage.balls, stage.ball_lists]
         if stage.packet_kind and not layered and self.solver.name == "hermite":
             kernel = packet_kernel(stage.packet_kind, self._simd_width)

@@ -12,7 +12,7 @@ from test_texture_images import DARK, RAMP, SIZE, TAU, check
 import fieldsim as fs
 from fieldsim.errors import InputError
 from fieldsim.launch import launch
-from fieldsim.render.materials.mipmaps import looked_up, pyramid, uploaded
+from fieldsim.render.materials.mipmaps import looked_up, pyramid, uploaded_pictures
 from fieldsim.render.shading.sky import AMBIENT, FILL
 from fieldsim.world.color import color_rgb, linear_of
 from fieldsim.world.pixels import Pixels
@@ -81,8 +81,8 @@ def test_far_away_a_picture_is_its_mean():
 
 def test_pictures_are_uploaded_once():
     one, two = Pixels("it", noise(4, 2)), Pixels("it", noise(6, 3))
-    texels, firsts = uploaded([one, two, one], wp.get_device("cpu"))
-    assert uploaded([one, two], wp.get_device("cpu"))[0] is texels
+    texels, firsts = uploaded_pictures([one, two, one], wp.get_device("cpu"))
+    assert uploaded_pictures([one, two], wp.get_device("cpu"))[0] is texels
     for picture in (one, two):
         flat = picture.linear.reshape(-1, 3)
         np.testing.assert_array_equal(texels.numpy()[firsts[picture]][: len(flat)], flat[0])

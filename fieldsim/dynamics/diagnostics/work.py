@@ -13,7 +13,7 @@ import warp as wp
 
 from fieldsim.arrays import kept
 from fieldsim.dynamics.integrators.splittings import moments
-from fieldsim.dynamics.splitting.kernels import Method, advance_of, method_of, part_of, particle_at
+from fieldsim.dynamics.splitting.kernels import Method, advance_of, method_of, particle_at, substep_of
 from fieldsim.dynamics.state import State
 from fieldsim.launch import launch
 from fieldsim.sources.stages import Stages, field_at, upload
@@ -89,7 +89,7 @@ def work_kernel(kinds_used, gradients: bool):
                 done = done - method.opening * f
             for j in range(method.stages):
                 node = step * method.stages + j + 1
-                p = advance(p, part_of(method, j), now, node)
+                p = advance(p, substep_of(method, j), now, node)
                 kick = method.kicks[j]
                 factor = method.gradients[j]
                 if kick != wp.float64(0.0) or factor != wp.float64(0.0):

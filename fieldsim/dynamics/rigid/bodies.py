@@ -19,20 +19,20 @@ from fieldsim.dynamics.refusals import refuse_method
 from fieldsim.dynamics.rigid.body import FreeBody, free_body, log_slope
 from fieldsim.dynamics.rigid.contact import Shells
 from fieldsim.dynamics.rigid.gravity import Masses
-from fieldsim.dynamics.rigid.kernel import Splitting, energy_kernel, pair_kernel, rigid_kernel
+from fieldsim.dynamics.rigid.kernel import RigidSplitting, energy_kernel, pair_kernel, rigid_kernel
 from fieldsim.dynamics.rigid.start import refuse_overlaps, refuse_unequal_pulls
 from fieldsim.dynamics.rigid.tables import (
     HOST,
     host_array,
     masses_of,
     prescribed_tables,
+    rigid_state,
     shells_of,
-    state_of,
     that_feel,
     weights_of,
 )
 from fieldsim.dynamics.rigid.track import Track
-from fieldsim.dynamics.state import whole
+from fieldsim.dynamics.state import restored_if_broken_off
 from fieldsim.errors import FieldsimError, FieldsimWarning
 from fieldsim.launch import launch
 from fieldsim.numerics import quaternion
@@ -65,7 +65,7 @@ class FreeBodies(Uncopied):
         self._gravity = Sources(world, "gravity", time, prescribed=True)
         self._surfaces = Sources(world, "surface", time, prescribed=True)
         self._masses = masses_of(self.starts)
-        self._state = state_of(self.starts)
+        self._state = rigid_state(self.starts)
         # Without stiffness at first: the energy of the start decides on it.
         self._shells = shells_of(self.starts, [0.0] * len(self))
         refuse_unequal_pulls(self.starts)
@@ -111,7 +111,7 @@ class FreeBodies(Uncopied):
         """Let a body go on from `time`, now, as it starts, in what the fields of `Rigid` that are `given` say."""
         b = self._number[start.index]
         self.starts[b], self.time = start, time
-        fresh = state_of([start])
+        fresh = rigid_state([start])
         for name, givers in _GIVERS.items():
             if any(giver in given for giver in givers):
                 getattr(self._state, name).numpy()[b] = getattr(fresh, name).numpy()[0]
@@ -178,7 +178,7 @@ class FreeBodies(Uncopied):
             return
         before = self.time, self._track
         try:
-            with whole([getattr(self._state, name) for name in _GIVERS]):
+            with restored_if_broken_off([getattr(self._state, name) for name in _GIVERS]):
                 yield
         except BaseException:
             self.time, self._track = before
@@ -331,9 +331,9 @@ class FreeBodies(Uncopied):
         return tuple(map(read_only, found))
 
 
-def _splitting(method) -> Splitting:
+def _splitting(method) -> RigidSplitting:
     """The shares of a method's steps."""
-    splitting = Splitting()
+    splitting = RigidSplitting()
     splitting.kicks = host_array(method.kicks, wp.float64)
     splitting.drifts = host_array(method.drifts, wp.float64)
     return splitting

@@ -55,7 +55,7 @@ class Rigids:
 
 
 @wp.struct
-class Splitting:
+class RigidSplitting:
     """Shares of a step: kicks (s + 1,) and drifts (s,)."""
 
     kicks: wp.array(dtype=wp.float64)
@@ -172,7 +172,7 @@ def rigid_kernel(gravity_kinds, surface_kinds):
         start: int,
         steps: int,
         dt: wp.float64,
-        splitting: Splitting,
+        splitting: RigidSplitting,
         gravity: Stages,
         surfaces: Stages,
         masses: Masses,

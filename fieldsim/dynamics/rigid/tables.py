@@ -22,7 +22,7 @@ def prescribed_tables(gravity: Sources, surfaces: Sources, times) -> tuple[Stage
     return upload(gravity, times, HOST), tables(surfaces, fixed, moving, HOST)
 
 
-def state_of(starts) -> Rigids:
+def rigid_state(starts) -> Rigids:
     """The state at the start."""
     state = Rigids()
     motions = [start.body.motion for start in starts]

@@ -65,7 +65,7 @@ def method_of(splitting, dt: float, device) -> Method:
 
 
 @wp.struct
-class Part:
+class SubStep:
     """What of a `Method` leads to one stage: a kick by the old acceleration, a drift, a kick by the new one.
 
     factor: of the force gradient in the new kick; evaluating: whether there is a new kick.
@@ -79,9 +79,9 @@ class Part:
 
 
 @wp.func
-def part_of(method: Method, j: int):
+def substep_of(method: Method, j: int):
     """The part of a step from stage j to stage j + 1."""
-    part = Part()
+    part = SubStep()
     if j == 0:
         part.opening = method.opening
     part.drift = method.drifts[j]
@@ -152,7 +152,7 @@ def advance_of(kinds_used, gradients: bool):
     pull = pull_at(kinds_used, gradients)
 
     @wp.func
-    def advance(p: Particle, part: Part, gravity: Stages, stage: int):
+    def advance(p: Particle, part: SubStep, gravity: Stages, stage: int):
         v = p.v
         v_rest = p.v_rest
         a = p.a
@@ -188,7 +188,7 @@ def _single_kernel(kinds_used, gradients):
         p = particle_at(state, i)
         for step in range(steps):
             for j in range(method.stages):
-                p = advance(p, part_of(method, j), gravity, step * method.stages + j + 1)
+                p = advance(p, substep_of(method, j), gravity, step * method.stages + j + 1)
         put(state, i, p)
 
     return single
@@ -214,7 +214,7 @@ def _grouped_kernel(kinds_used, gradients):
             a[k] = state.a[first + k]
         for step in range(steps):
             for j in range(method.stages):
-                part = part_of(method, j)
+                part = substep_of(method, j)
                 kick = part.opening * a
                 x, x_rest = drifted(x, x_rest, v, v_rest, kick, part.drift)
                 if part.evaluating:
@@ -282,7 +282,7 @@ def contact_kernel(gravity_kinds, surface_kinds, gradients: bool):
             # No point of the path is farther from its start than the drifts add up to, and what the kicks may bend.
             travel = wp.float64(0.0)
             for j in range(method.stages):
-                r = advance(q, part_of(method, j), gravity, step * method.stages + j + 1)
+                r = advance(q, substep_of(method, j), gravity, step * method.stages + j + 1)
                 travel = travel + wp.length(r.x - q.x) + dt * wp.length(r.v - q.v)
                 q = r
             for k in range(parts):

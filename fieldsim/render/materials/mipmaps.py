@@ -33,7 +33,7 @@ def _halved(texels, axis):
     return np.add.reduceat(texels, starts, axis=axis) / counts.astype(texels.dtype)
 
 
-def uploaded(pictures, device) -> tuple[wp.array, dict]:
+def uploaded_pictures(pictures, device) -> tuple[wp.array, dict]:
     """The texels of several `Pixels` on a device, and the first texel of each; kept for the next frames."""
     return _uploaded(tuple(dict.fromkeys(pictures)), device.alias)
 

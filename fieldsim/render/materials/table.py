@@ -12,7 +12,7 @@
 import numpy as np
 import warp as wp
 
-from fieldsim.render.materials.mipmaps import uploaded
+from fieldsim.render.materials.mipmaps import uploaded_pictures
 from fieldsim.world.texture import ImageTexture
 
 RGB = wp.constant(0)
@@ -26,7 +26,7 @@ COLUMNS = 15
 def table(materials, device) -> tuple[wp.array, wp.array]:
     """Rows (M, COLUMNS) of materials, and the texels of their pictures, on a device."""
     images = [m.color.pixels for m in materials if isinstance(m.color, ImageTexture)]
-    texels, firsts = uploaded(images, device)
+    texels, firsts = uploaded_pictures(images, device)
     rows = np.zeros((len(materials), COLUMNS))
     for row, m in zip(rows, materials, strict=True):
         row[RGB : RGB + 3] = m.rgb

@@ -50,7 +50,7 @@ def exact_direction(view: View, x: float, y: float):
 
 
 @wp.func
-def direction(view: View, x: float, y: float):
+def ray_direction(view: View, x: float, y: float):
     """Unit direction through the point (x, y) of the picture, in pixels."""
     return wp.vec3(exact_direction(view, x, y))
 
@@ -108,10 +108,10 @@ def _touches(view: View, tx: int, ty: int, start: wp.vec3, end: wp.vec3, radius:
     x = float(tx * TILE)
     y = float(ty * TILE)
     size = float(TILE)
-    axis = direction(view, x + 0.5 * size, y + 0.5 * size)
+    axis = ray_direction(view, x + 0.5 * size, y + 0.5 * size)
     nearest = wp.min(
-        wp.min(wp.dot(axis, direction(view, x, y)), wp.dot(axis, direction(view, x + size, y))),
-        wp.min(wp.dot(axis, direction(view, x, y + size)), wp.dot(axis, direction(view, x + size, y + size))),
+        wp.min(wp.dot(axis, ray_direction(view, x, y)), wp.dot(axis, ray_direction(view, x + size, y))),
+        wp.min(wp.dot(axis, ray_direction(view, x, y + size)), wp.dot(axis, ray_direction(view, x + size, y + size))),
     )
     cosine = nearest - 1.0e-6
     sine = wp.sqrt(wp.max(1.0 - cosine * cosine, 0.0))

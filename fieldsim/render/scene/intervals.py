@@ -16,7 +16,7 @@ BLOCKED = wp.constant(-2)  # one element alone exceeds the level
 
 
 @wp.func
-def collect(
+def collect_intervals(
     scene: Scene,
     tree: wp.uint64,
     o: wp.vec3,

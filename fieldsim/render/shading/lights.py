@@ -9,7 +9,7 @@ import numpy as np
 import warp as wp
 
 from fieldsim.render.scene.hits import Balls, Hits, Lights, above, behind_shape, towards
-from fieldsim.render.scene.intervals import BLOCKED, FULL, SHADOW, collect
+from fieldsim.render.scene.intervals import BLOCKED, FULL, SHADOW, collect_intervals
 from fieldsim.render.scene.tables import Scene
 from fieldsim.render.scene.volumes import pierce_sphere
 from fieldsim.render.shading.sky import Sky, background
@@ -145,7 +145,7 @@ def shade_kernel(kinds_used, in_scratch=False):
         room: int,
     ):
         """1 in shadow, 0 in light, -1 where the intervals do not fit."""
-        count = collect(scene, tree, o, d, far, SHADOW, True, ids, t0s, t1s, room)
+        count = collect_intervals(scene, tree, o, d, far, SHADOW, True, ids, t0s, t1s, room)
         if count == FULL:
             return -1
         if count <= 0:

@@ -12,7 +12,7 @@ import functools
 import warp as wp
 
 from fieldsim.render.scene.hits import Balls, Hits, above, origin_of
-from fieldsim.render.scene.intervals import FULL, REFLECTED, ball_ahead, collect
+from fieldsim.render.scene.intervals import FULL, REFLECTED, ball_ahead, collect_intervals
 from fieldsim.render.scene.tables import NO_HIT, Scene
 from fieldsim.render.solvers import hermite
 from fieldsim.render.solvers.primary import OVERFLOW, recorder
@@ -154,7 +154,7 @@ def ray_kernel(kinds_used, in_scratch=False):
         o = hits.origin[i]
         d = hits.direction[i]
         far, ball = ball_ahead(o, d, balls)
-        count = collect(scene, tree, o, d, far, ray, False, ids, t0s, t1s, room)
+        count = collect_intervals(scene, tree, o, d, far, ray, False, ids, t0s, t1s, room)
         hit = float(NO_HIT)
         side = float(0.0)
         if count == FULL:

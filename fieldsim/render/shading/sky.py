@@ -7,7 +7,7 @@ import math
 import numpy as np
 import warp as wp
 
-from fieldsim.render.materials.mipmaps import looked_up, uploaded
+from fieldsim.render.materials.mipmaps import looked_up, uploaded_pictures
 from fieldsim.world.color import color_rgb
 
 AMBIENT = 0.55  # ambient light: share of the sky's colour
@@ -102,7 +102,7 @@ def sky_of(background, pixel, device) -> Sky:
     sky.star_radius = max(0.75 * pixel, 7e-4)
     sky.intensity = background.intensity
     pictures = [] if background.pixels is None else [background.pixels]
-    sky.texels, _firsts = uploaded(pictures, device)
+    sky.texels, _firsts = uploaded_pictures(pictures, device)
     for picture in pictures:
         sky.height, sky.width = picture.linear.shape[:2]
         sky.turn = background.turn / math.tau

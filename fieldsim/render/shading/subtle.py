@@ -14,7 +14,7 @@ import warp as wp
 from fieldsim.potentials import registry
 from fieldsim.render.materials.textures import color_at
 from fieldsim.render.scene.hits import Balls, Hits, Lights, above, towards
-from fieldsim.render.scene.intervals import FULL, SHADOW, collect
+from fieldsim.render.scene.intervals import FULL, SHADOW, collect_intervals
 from fieldsim.render.scene.tables import Scene
 from fieldsim.render.shading.lights import ball_shadow, kernel_around, lit, unlit
 from fieldsim.render.shading.sky import Sky
@@ -88,7 +88,7 @@ def shade_kernel(kinds_used, in_scratch=False):
         room: int,
     ):
         """Share of white light that convolution surfaces transmit along a ray; negative if the intervals do not fit."""
-        count = collect(scene, tree, o, d, far, SHADOW, False, ids, t0s, t1s, room)
+        count = collect_intervals(scene, tree, o, d, far, SHADOW, False, ids, t0s, t1s, room)
         light = wp.vec3(1.0, 1.0, 1.0)
         if count == FULL:
             return -light

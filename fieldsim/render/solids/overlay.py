@@ -75,7 +75,7 @@ class Shapes:
 
 
 @wp.func
-def crossing(o: wp.vec3, d: wp.vec3, far: float, shapes: Shapes, i: int):
+def shape_crossing(o: wp.vec3, d: wp.vec3, far: float, shapes: Shapes, i: int):
     """Distance at which a ray from o first crosses shape i; at least `far`, or FOREVER, if not before `far`."""
     q = shapes.turn[i] * (o - shapes.origin[i])
     e = shapes.turn[i] * d
@@ -115,13 +115,13 @@ def nearest_shape(o: wp.vec3, d: wp.vec3, far: float, ray: int, shapes: Shapes):
         i = int(0)
         while wp.bvh_query_next(query, i, best):
             if (shapes.visible[i] & ray) != 0:
-                t = crossing(o, d, best, shapes, i)
+                t = shape_crossing(o, d, best, shapes, i)
                 if t < best:
                     best = t
                     which = i
     for j in range(shapes.bounded, shapes.kind.shape[0]):
         if (shapes.visible[j] & ray) != 0:
-            t = crossing(o, d, best, shapes, j)
+            t = shape_crossing(o, d, best, shapes, j)
             if t < best:
                 best = t
                 which = j
@@ -136,11 +136,11 @@ def shape_shadow(o: wp.vec3, d: wp.vec3, far: float, left_out: int, shapes: Shap
         i = int(0)
         while wp.bvh_query_next(query, i, far):
             if i != left_out and (shapes.visible[i] & SHADOW) != 0:
-                if crossing(o, d, far, shapes, i) < far:
+                if shape_crossing(o, d, far, shapes, i) < far:
                     return True
     for j in range(shapes.bounded, shapes.kind.shape[0]):
         if j != left_out and (shapes.visible[j] & SHADOW) != 0:
-            if crossing(o, d, far, shapes, j) < far:
+            if shape_crossing(o, d, far, shapes, j) < far:
                 return True
     return False
 
@@ -148,7 +148,7 @@ def shape_shadow(o: wp.vec3, d: wp.vec3, far: float, left_out: int, shapes: Shap
 @wp.func
 def _tint(o: wp.vec3, d: wp.vec3, far: float, shapes: Shapes, i: int):
     """Share of white light, by colour, that shape i transmits."""
-    if (shapes.visible[i] & SHADOW) == 0 or crossing(o, d, far, shapes, i) >= far:
+    if (shapes.visible[i] & SHADOW) == 0 or shape_crossing(o, d, far, shapes, i) >= far:
         return wp.vec3(1.0, 1.0, 1.0)
     optics = shapes.optics[i]
     return (1.0 - optics[0]) * optics[1] * triple(shapes.materials, shapes.owner[i], RGB)
@@ -204,7 +204,7 @@ def normal_at(o: wp.vec3, d: wp.vec3, t: float, shapes: Shapes, i: int):
 
 
 @wp.func
-def color_of(p: wp.vec3, n: wp.vec3, e: wp.vec3, across: float, shapes: Shapes, i: int):
+def shape_color(p: wp.vec3, n: wp.vec3, e: wp.vec3, across: float, shapes: Shapes, i: int):
     """Colour of shape i at p in its own frame; n: normal there, e: direction of the ray, with the width of a pixel."""
     m = shapes.owner[i]
     if is_picture(shapes.materials, m):
@@ -231,7 +231,7 @@ def _describe(i: int, t: float, which: int, d: wp.vec3, pixel: float, shapes: Sh
     e = shapes.turn[which] * d
     kind = shapes.kind[which]
     m = shapes.owner[which]
-    color = color_of(p, flat, e, t * pixel, shapes, which)
+    color = shape_color(p, flat, e, t * pixel, shapes, which)
     tile = shapes.sizes[which][3]
     if kind == _SLAB and tile > 0.0:
         share = checkered(p, e, t, pixel, tile)
@@ -333,7 +333,7 @@ class SolidStage:
 
     def _uploaded(self, solids, order, origins, sizes):
         device = self.device
-        self._meshes = [solids.surfaces[k] and uploaded(solids.surfaces[k], device) for k in order]
+        self._meshes = [solids.surfaces[k] and uploaded_mesh(solids.surfaces[k], device) for k in order]
         result = Shapes()
         result.kind = wp.array(solids.kinds[order], dtype=int, device=device)
         result.origin = wp.array(origins, dtype=wp.vec3, device=device)
@@ -369,7 +369,7 @@ def _stuff(solids):
 _MESHES = weakref.WeakKeyDictionary()
 
 
-def uploaded(surface: shapes.TriangleSurface, device) -> wp.Mesh:
+def uploaded_mesh(surface: shapes.TriangleSurface, device) -> wp.Mesh:
     """The mesh on a device, about its middle, in its own unit of length; kept as long as `surface` lives."""
     kept = _MESHES.setdefault(surface, {})
     if device.alias not in kept:

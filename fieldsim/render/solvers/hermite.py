@@ -51,7 +51,7 @@ _CAUCHY = wp.constant(bounds.ORDER[Cauchy])
 
 
 @wp.func
-def height(f: float):
+def surface_function(f: float):
     """(g, dg/dF) of the field; see above."""
     if f >= 1.0:
         f = wp.min(f, CEILING)
@@ -183,7 +183,7 @@ def first_hit(kinds_used, counted=False):
         count_work(scene, active)
         if not (f < CEILING):
             return wp.log(CEILING), 0.0, nearness
-        g, rise = height(f)
+        g, rise = surface_function(f)
         return g, slope * rise, nearness
 
     @wp.func

@@ -12,12 +12,12 @@ from fieldsim.render.scene.tables import NO_HIT, Scene
 
 
 @wp.func
-def whole(scene: Scene, i: int, t: float, t0: float, t1: float):
+def polynomial_end(scene: Scene, i: int, t: float, t0: float, t1: float):
     """Where the polynomial valid at t ends, if one polynomial holds on all of an element's interval t0..t1."""
     return t1
 
 
-def polynomial_sweep(piece, last=whole):
+def polynomial_sweep(piece, last=polynomial_end):
     """The Warp function that sweeps a ray through sorted intervals (see `hermite.first_hit`).
 
     piece(scene, o, d, from, to, i, t0, t1): element i's Polynomial in u on from..to, within its interval t0..t1;

@@ -9,7 +9,7 @@ import warp as wp
 from fieldsim.potentials import registry
 from fieldsim.render.materials.table import factors
 from fieldsim.render.materials.textures import color_at
-from fieldsim.render.scene.candidates import TILE, Candidates, View, direction, exact_direction
+from fieldsim.render.scene.candidates import TILE, Candidates, View, exact_direction, ray_direction
 from fieldsim.render.scene.hits import BALLS, Balls, Hits, origin_of, write_rest
 from fieldsim.render.scene.intervals import insert, keep_after
 from fieldsim.render.scene.tables import FOREVER, NO_HIT, Scene
@@ -253,7 +253,7 @@ def trace_kernel(kinds_used, in_scratch=False, layered=False, first_hit=hermite.
         room: int,
     ):
         s = samples[i]
-        d = direction(view, s[0], s[1])
+        d = ray_direction(view, s[0], s[1])
         tile = int(s[1]) // TILE * view.tiles + int(s[0]) // TILE
         far, ball = nearest_ball(d, tile, ball_lists, balls)
         hit, side, count = first_surface(d, far, tile, of_ray(scene, hits, i), lists, ids, t0s, t1s, room)

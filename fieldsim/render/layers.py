@@ -90,6 +90,7 @@ class LayerPictures:
     def __init__(self, renderer, layer: str):
         if layer not in LAYERS:
             raise InputError(f"layer is {layer!r}; give one of {', '.join(LAYERS)}")
+        renderer.solver.check_layers()
         self.renderer, self.layer = renderer, layer
         self._range = None
 

@@ -139,8 +139,12 @@ class Renderer:
         return np.where(depth < 0, np.inf, depth), hits.normal.numpy()[slot].reshape(height, width, 3)
 
     def layers(self, snapshot, camera: Camera) -> dict[str, np.ndarray]:
-        """Diagnostic layers of the rays through pixel centres: arrays by the names of `layers.LAYERS`, and `owner`."""
+        """Diagnostic layers of the rays through pixel centres: arrays by the names of `layers.LAYERS`, and `owner`.
+
+        Raises InputError for a solver that gives none.
+        """
         _check_one("Renderer.layers", snapshot, camera)
+        self.solver.check_layers()
         self._layout()
         stage = Stage(snapshot, camera.at(snapshot.time), self)
         hits = self._tracer.trace(stage, self._grid, "layers", exact=True, layered=True)

@@ -28,10 +28,14 @@ from fieldsim.render.solvers.referee import Referee
 
 
 class Solver:
-    """A solver of primary rays: a sweep through sorted intervals. known: (kernel, primitive) pairs, None: all."""
+    """A solver of primary rays: a sweep through sorted intervals. known: (kernel, primitive) pairs, None: all.
 
-    def __init__(self, name, first_hit, *, known=None, polish=0.01):
-        self.name = name
+
+    counts: whether it counts the evaluations of each ray, which layers show.
+    """
+
+    def __init__(self, name, first_hit, *, known=None, polish=0.01, counts=False):
+        self.name, self.counts = name, counts
         self.options = {"first_hit": first_hit, "polish": polish}
         self._known = known
 
@@ -45,6 +49,14 @@ class Solver:
                     + ", ".join(f"{k.__name__} on {p.__name__}" for k, p in self._known)
                     + "; give solver='hermite'"
                 )
+
+    def check_layers(self) -> None:
+        """Raise InputError where the solver gives no layers."""
+        if not self.counts:
+            raise InputError(
+                f"Renderer.layers: the solver {self.name!r} does not count its evaluations, which are a layer; give "
+                "solver='hermite'"
+            )
 
     def lists(self, stage) -> Candidates:
         """The candidates of the tracing kernel."""
@@ -96,7 +108,7 @@ def _formulas(elements):
 
 
 SOLVERS = {
-    "hermite": Solver("hermite", hermite.first_hit),
+    "hermite": Solver("hermite", hermite.first_hit, counts=True),
     # polish=0: no Newton step on the true field afterwards.
     "lagrange": Solver("lagrange", lagrange.first_hit, polish=0.0),
     "laguerre": Solver("laguerre", laguerre.first_hit, known=laguerre.KNOWN),

@@ -177,15 +177,17 @@ def describe_kernel(kinds_used):
         depth = float(depths[n])
         here = origin_of(i, hits) + depth * hits.direction[i]
         f = wp.float64(0.0)
+        slope = wp.vec3d()
         color = wp.vec3(0.0, 0.0, 0.0)
         light = wp.vec4(0.0, 0.0, 0.0, 0.0)
         optics = wp.vec4(0.0, 0.0, 0.0, 0.0)
         most = wp.float64(-1.0)
         for k in range(scene.kinds.shape[0]):
-            f_k, _x, _y, _z = element(p[0], p[1], p[2], scene.rows, scene.kinds, k)
+            f_k, x, y, z = element(p[0], p[1], p[2], scene.rows, scene.kinds, k)
             m = seen.owner[k]
             weight = float(f_k)
             f += f_k
+            slope += wp.vec3d(x, y, z)
             color += weight * color_at(seen, m, k, here)
             light += weight * factors(seen.materials, m)
             optics += weight * seen.optics[m]
@@ -199,7 +201,9 @@ def describe_kernel(kinds_used):
         hits.color[i] = color / float(f)
         hits.light[i] = light / float(f)
         if hits.optics.shape[0] > 0:
-            hits.optics[i] = optics / float(f)
+            # From within, the normal faces the ray and so points the way that the field grows.
+            within = wp.where(wp.dot(slope, wp.vec3d(normals[n])) > wp.float64(0.0), 1.0, 0.0)
+            hits.optics[i] = optics / float(f) + wp.vec4(0.0, 0.0, 0.0, within)
 
     return describe
 

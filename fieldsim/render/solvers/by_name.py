@@ -30,7 +30,6 @@ from fieldsim.render.solvers.referee import Referee
 class Solver:
     """A solver of primary rays: a sweep through sorted intervals. known: (kernel, primitive) pairs, None: all.
 
-
     counts: whether it counts the evaluations of each ray, which layers show.
     """
 

@@ -1,0 +1,394 @@
+"""What every primitive declares of itself, against samples of it that know nothing of rows.
+
+A primitive that enters the registry is tested here once it has an example in `EXAMPLES`.
+"""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+import warp as wp
+from scipy.spatial.transform import Rotation
+
+import fieldsim as fs
+from fieldsim.potentials import registry
+from fieldsim.potentials.elements import pack
+from fieldsim.potentials.primitives.base import Primitive, Volume
+from fieldsim.potentials.row import ANGLE, CENTER, FIRST, KERNEL_WIDTH, POSITIONS, RADIUS, ROW_WIDTH
+from fieldsim.render.scene import bounds
+from fieldsim.render.scene.volumes import pierce
+from fieldsim.render.solids.skeleton import offset_solids
+from fieldsim.render.solvers.packet.gaussian_elements import KINDS
+from fieldsim.world import shapes
+
+A, B, C = (0.4, -0.3, 0.2), (1.6, 0.5, -0.4), (-0.2, 1.1, 0.9)
+NORMAL, START = (0.3, -0.5, 0.8), (1.0, 0.2, 0.1)
+PROFILE = fs.profile.polynomial(0.5, 2.0, -3.0)
+EXAMPLES = [
+    fs.Point(A),
+    fs.Segment(A, B),
+    fs.TaperedSegment(A, B, 0.5, 2.0),
+    fs.ProfiledSegment(A, B, PROFILE),
+    fs.Arc(A, NORMAL, START, 0.7, 4.0),
+    fs.Arc(A, NORMAL, START, 0.7, 0.9),
+    fs.ProfiledArc(A, NORMAL, START, 0.7, 2.0, PROFILE),
+    fs.Circle(A, NORMAL, 0.7),
+    fs.Triangle(A, B, C),
+    fs.Face(A, B, C, (0.1, 0.2, -0.8), 2.0),
+    fs.Plane(A, NORMAL),
+]
+FINITE = [primitive for primitive in EXAMPLES if not primitive.endless]
+TOUCHED = [primitive for primitive in EXAMPLES if primitive.distance is not None]
+# Steps along each parameter of the samples.
+STEPS = {0: 1, 1: 4000, 2: 300}
+
+
+def named(primitive):
+    return type(primitive).__name__
+
+
+def kernel_of(primitive):
+    """A kernel that the primitive has a formula for."""
+    kernel = next(kernel for kernel, kind in registry.FORMULAS if kind is type(primitive))
+    return kernel() if kernel is fs.Newtonian else kernel(1.0)
+
+
+def row_of(primitive):
+    row = np.full(ROW_WIDTH, np.nan)
+    row[KERNEL_WIDTH] = 0.0
+    primitive.pack(row)
+    return row
+
+
+def on(primitive, u, v):
+    """Points (N, 3) of a primitive at parameters (N,), from its fields alone."""
+    u, v = u[:, None], v[:, None]
+    if hasattr(primitive, "position"):
+        return np.broadcast_to(primitive.position, (len(u), 3))
+    if hasattr(primitive, "end"):
+        return (1 - u) * primitive.start + u * np.array(primitive.end)
+    if hasattr(primitive, "radius"):
+        start = np.array(primitive.start) if hasattr(primitive, "start") else row_of(primitive)[FIRST]
+        turns = Rotation.from_rotvec(u * getattr(primitive, "angle", math.tau) * primitive.normal)
+        return primitive.center + primitive.radius * turns.apply(start)
+    a, b, c = (np.array(corner) for corner in (primitive.a, primitive.b, primitive.c))
+    return a + u * (b - a) + v * (c - a)
+
+
+def cells(primitive):
+    """Samples (N, 3) at the middles of equal shares of the parameters, and what part of the measure each stands for."""
+    dimension = 2 if hasattr(primitive, "a") else primitive.dimension
+    steps = STEPS[dimension]
+    middles = (np.arange(steps) + 0.5) / steps
+    u, v = (side.ravel() for side in np.meshgrid(middles, middles if dimension == 2 else [0.0], indexing="ij"))
+    # A triangle narrows along u.
+    narrow = 1.0 - u
+    points = on(primitive, u, narrow * v)
+    if dimension == 0:
+        return points, np.ones(1)
+    if dimension == 1:
+        ends = on(primitive, np.linspace(0, 1, steps + 1), np.zeros(steps + 1))
+        shares = np.linalg.norm(np.diff(ends, axis=0), axis=1)
+        if hasattr(primitive, "start_density"):
+            shares *= primitive.start_density + u * (primitive.end_density - primitive.start_density)
+        return points, shares
+    a, b, c = (np.array(corner) for corner in (primitive.a, primitive.b, primitive.c))
+    across = np.cross(b - a, c - a)
+    if hasattr(primitive, "center"):
+        # Of a solid: cones from the centre.
+        return points, (points - primitive.center) @ across * narrow / 3.0 / len(points)
+    return points, np.linalg.norm(across) * narrow / len(points)
+
+
+def around(primitive, count, size, seed=3):
+    """Points (count, 3) from very near to some `size` away from random places on a primitive."""
+    rng = np.random.default_rng(seed)
+    u, v = rng.random((2, count))
+    u, v = np.where(u + v > 1.0, (1.0 - u, 1.0 - v), (u, v))
+    places = np.broadcast_to(A, (count, 3)) if primitive.endless else on(primitive, u, v)
+    return places + size * rng.normal(size=(count, 3)) * 10.0 ** rng.uniform(-2, 0, (count, 1))
+
+
+def test_every_primitive_has_an_example():
+    assert {type(primitive) for primitive in EXAMPLES} == {kind for _, kind in registry.FORMULAS}
+
+
+# Declaring
+
+
+@pytest.mark.parametrize("name", Primitive.REQUIRED)
+def test_a_class_without_a_trait_is_refused(name):
+    traits = {trait: getattr(fs.Segment, trait) for trait in Primitive.REQUIRED}
+    type("Whole", (Primitive,), traits)
+    del traits[name]
+    with pytest.raises(fs.InputError, match=f"class Half lacks the trait '{name}'; define {name}, "):
+        type("Half", (Primitive,), traits)
+    # What another primitive declares holds for what derives from it.
+    type("Like", (fs.Segment,), traits)
+
+
+@pytest.mark.parametrize("primitive", EXAMPLES, ids=named)
+def test_traits_are_of_their_kind(primitive):
+    assert isinstance(primitive.volume, Volume)
+    assert primitive.along_rays in ("", *KINDS)
+    assert primitive.corners in (1, 2, 3)
+    assert primitive.plain().profiled is False
+    assert primitive.plain() == primitive or primitive.profiled
+    fields = {field.name for field in dataclasses.fields(primitive)}
+    assert {*primitive.points, *primitive.directions} <= fields
+
+
+# Geometry
+
+
+@pytest.mark.parametrize("primitive", FINITE, ids=named)
+def test_places_of_rows_are_its_points(primitive):
+    u, v = np.random.default_rng(1).uniform(0, 0.5, (2, 20))
+    u[:3], v[:3] = (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+    rows = np.tile(row_of(primitive), (len(u), 1))
+    np.testing.assert_allclose(primitive.row_places(rows, u[:, None], v[:, None]), on(primitive, u, v), atol=1e-14)
+
+
+@pytest.mark.parametrize("primitive", FINITE, ids=named)
+def test_measures_are_integrals(primitive):
+    _, shares = cells(primitive)
+    assert primitive.measure == pytest.approx(shares.sum(), rel=1e-6)
+    assert primitive.row_measure(row_of(primitive)[None])[0] == pytest.approx(primitive.measure, rel=1e-14)
+    rows = np.tile(row_of(primitive), (2, 3, 1)) if primitive.distance is not None else None
+    if rows is not None:
+        assert primitive.row_measure(rows).shape == (2, 3)
+
+
+@pytest.mark.parametrize("primitive", FINITE, ids=named)
+def test_boxes_hold_it(primitive):
+    points, _ = cells(primitive)
+    for low, high in (primitive.box, (sides[0] for sides in primitive.row_box(row_of(primitive)[None]))):
+        assert (points >= low - 1e-14).all()
+        assert (points <= high + 1e-14).all()
+        # Tight, but for what an arc leaves out of its circle and for a solid's centre.
+        if primitive.corners > 1 and not hasattr(primitive, "center"):
+            np.testing.assert_allclose(points.min(axis=0), low, atol=1e-2)
+            np.testing.assert_allclose(points.max(axis=0), high, atol=1e-2)
+
+
+@pytest.mark.parametrize("primitive", FINITE, ids=named)
+def test_straight_round_and_cornered_ones_are_so(primitive):
+    points, _ = cells(primitive)
+    row = row_of(primitive)
+    spread = np.linalg.svd(points - points[0], compute_uv=False) > 1e-9
+    surface = min(primitive.dimension, 2)
+    assert primitive.straight == (surface > 0 and spread.sum() == surface)
+    away = np.linalg.norm(points - row[CENTER], axis=1)
+    assert primitive.round == (np.ptp(away) < 1e-12 and surface > 0)
+    if primitive.round:
+        np.testing.assert_allclose(away, row[RADIUS], rtol=1e-14)
+    else:
+        used = row[POSITIONS].reshape(3, 3)[: primitive.corners]
+        together, wanted = (np.vstack([some.T, np.ones(len(some))]) for some in (used, points))
+        weights, *_ = np.linalg.lstsq(together, wanted)
+        np.testing.assert_allclose(together @ weights, wanted, atol=1e-12)
+        assert (weights > -1e-12).all()
+
+
+@pytest.mark.parametrize("primitive", EXAMPLES, ids=named)
+def test_no_more_than_nearby_lies_within_a_ball(primitive):
+    if primitive.endless:
+        assert primitive.nearby == math.pi
+        return
+    if not primitive.uniform or primitive.dimension == 3:
+        return
+    points, shares = cells(primitive)
+    greatest = 0.0
+    for size in (0.05, 0.3, 0.71, 3.0):
+        for center in np.vstack([around(primitive, 30, 0.01), np.atleast_2d(row_of(primitive)[CENTER])]):
+            inside = shares[np.linalg.norm(points - center, axis=1) <= size].sum()
+            assert inside <= 1.05 * primitive.nearby * size**primitive.dimension + 1e-3
+            greatest = max(greatest, inside / size**primitive.dimension)
+    assert greatest > 0.3 * primitive.nearby
+
+
+@pytest.mark.parametrize("primitive", EXAMPLES, ids=named)
+def test_rows_scale_by_their_units(primitive):
+    lengths = {*primitive.points, "radius", "reach"} & {field.name for field in dataclasses.fields(primitive)}
+    grown = {name: tuple(2.0 * np.array(getattr(primitive, name))) if name in primitive.points else
+             2.0 * getattr(primitive, name) for name in lengths}  # fmt: skip
+    packed, twice = (one.packed for one in (primitive, dataclasses.replace(primitive, **grown)))
+    assert twice[ANGLE] == pytest.approx(packed[ANGLE] * 2.0**primitive.second_unit, rel=1e-14)
+
+
+# Distance
+
+
+@pytest.mark.parametrize("primitive", TOUCHED, ids=named)
+def test_distances_are_those_to_the_nearest_point(primitive):
+    rows = row_of(primitive)[None]
+    for x in around(primitive, 60, 1.0):
+        found = primitive.distance(*x.tolist(), rows, 0)
+        if primitive.endless:
+            exact = abs(np.dot(x - primitive.point, primitive.normal))
+            assert found == pytest.approx(exact, rel=1e-12)
+            continue
+        points, _ = cells(primitive)
+        nearest = np.linalg.norm(points - x, axis=1).min()
+        assert nearest - 1e-2 <= found <= nearest + 1e-12
+        # Where no sample happens to be nearest, the distance changes by no more than the point moves.
+        assert abs(primitive.distance(*(x + 1e-4).tolist(), rows, 0) - found) <= 1.7321e-4
+
+
+@pytest.mark.parametrize("primitive", TOUCHED, ids=named)
+def test_the_middle_is_on_it_and_beside_is_beside(primitive):
+    rows = row_of(primitive)[None]
+    middle = primitive.row_middle(rows[0])
+    third = np.full(1, 1 / 3)
+    expected = (
+        primitive.point
+        if primitive.endless
+        else on(primitive, *((third, third) if primitive.corners == 3 else (np.full(1, 0.5), third)))[0]
+    )
+    np.testing.assert_allclose(middle, expected, atol=1e-14)
+    assert primitive.distance(*map(float, middle), rows, 0) == pytest.approx(0.0, abs=1e-14)
+    for radius in (1e-3, 0.3, 20.0):
+        beside = primitive.beside(radius)
+        assert np.linalg.norm(beside - middle) == pytest.approx(radius, rel=1e-12)
+        assert primitive.distance(*map(float, beside), rows, 0) == pytest.approx(radius, rel=1e-12)
+
+
+# Mass points
+
+
+@pytest.mark.parametrize("primitive", FINITE, ids=named)
+def test_mass_points_have_its_moments(primitive):
+    samples, shares = cells(primitive)
+    shares = shares / shares.sum()
+    if primitive.dimension == 3:
+        # The centroid of a cone is three quarters of the way out, and so on.
+        out = samples - primitive.center
+        centroid = np.array(primitive.center) + 0.75 * shares @ out
+        second = 0.6 * np.einsum("n,ni,nj->ij", shares, out, out)
+        origin = np.array(primitive.center)
+    else:
+        centroid, origin = shares @ samples, np.zeros(3)
+        second = np.einsum("n,ni,nj->ij", shares, samples, samples)
+    for count in (24,) if primitive.round else (3, 6):
+        points, weights = primitive.mass_points(count)
+        assert weights.sum() == pytest.approx(1.0, rel=1e-14)
+        assert (weights > 0.0).all()
+        offset = points - origin
+        np.testing.assert_allclose(weights @ points, centroid, atol=1e-5)
+        np.testing.assert_allclose(np.einsum("n,ni,nj->ij", weights, offset, offset), second, atol=1e-5)
+    # To rounding, however many there are.
+    few, many = (primitive.mass_points(count) for count in ((24, 30) if primitive.round else (3, 8)))
+    np.testing.assert_allclose(few[1] @ few[0], many[1] @ many[0], atol=1e-14)
+
+
+@pytest.mark.parametrize("primitive", [p for p in TOUCHED if not p.endless], ids=named)
+@pytest.mark.parametrize("clearance", [0.1, 0.5])
+def test_so_many_mass_points_as_needed_give_the_pull(primitive, clearance):
+    rows = row_of(primitive)[None]
+    count = math.ceil(primitive.mass_points_needed(clearance, math.log(1e8)))
+    points, weights = primitive.mass_points(max(count, 1))
+    many, even = primitive.mass_points(min(8 * count, 400))
+    for x in around(primitive, 200, 1.0):
+        if primitive.distance(*x.tolist(), rows, 0) >= clearance:
+            near, exact = (w @ (1.0 / np.linalg.norm(p - x, axis=1)) for p, w in ((points, weights), (many, even)))
+            # The bound holds for the integrand's greatest value, not for its mean.
+            assert near == pytest.approx(exact, rel=1e-6)
+
+
+def test_no_mass_points_on_a_plane():
+    plane = fs.Plane(A, NORMAL)
+    for ask in (lambda: plane.measure, lambda: plane.mass_points(3), lambda: plane.mass_points_needed(0.1, 8.0)):
+        with pytest.raises(fs.InputError, match="of infinite area, where no mass can be spread"):
+            ask()
+
+
+# Profiles
+
+
+@pytest.mark.parametrize("primitive", EXAMPLES, ids=named)
+def test_factors_are_no_less_than_those_of_profiles(primitive):
+    rows = row_of(primitive)[None]
+    u = np.linspace(0, 1, 777)
+    greatest = np.abs(0.5 + 2.0 * u - 3.0 * u * u).max() if primitive.profiled else 1.0
+    assert greatest <= np.max(primitive.row_factor(rows)) <= 1.25 * greatest
+    assert (np.max(primitive.row_factor_bend(rows)) > 0.0) == primitive.profiled
+    flat = dataclasses.replace(primitive, profile=fs.profile.constant(2.0)) if primitive.profiled else primitive
+    assert np.max(flat.row_factor_bend(row_of(flat)[None])) < 1e-20
+
+
+# Volumes
+
+
+@wp.kernel(module="unique", enable_backward=False)
+def _pierce(
+    origin: wp.array(dtype=wp.vec3),
+    direction: wp.array(dtype=wp.vec3),
+    shape: int,
+    rows: wp.array2d(dtype=float),
+    reach: float,
+    spans: wp.array(dtype=wp.vec2),
+):
+    i = wp.tid()
+    t0, t1 = pierce(origin[i], direction[i], shape, rows, 0, reach)
+    spans[i] = wp.vec2(t0, t1)
+
+
+def pierced(primitive, rows, origins, directions, reach):
+    """Where rays enter and leave the volume of a row, (N,) and (N,)."""
+    spans = wp.full(len(origins), wp.vec2(np.nan, np.nan), dtype=wp.vec2, device="cpu")
+    arrays = [wp.array(values, dtype=wp.vec3, device="cpu") for values in (origins, directions)]
+    table = wp.array(rows, dtype=float, device="cpu")
+    inputs = [*arrays, int(primitive.volume), table, reach]
+    wp.launch(_pierce, len(origins), inputs, [spans], device="cpu", block_dim=1)
+    return spans.numpy().T
+
+
+@pytest.mark.parametrize("primitive", TOUCHED, ids=named)
+def test_bounding_volumes_hold_all_within_reach(primitive):
+    elements = pack([primitive], [kernel_of(primitive)], [1.0])
+    bounded = bounds.bound(elements, np.zeros(3), 1.0)
+    reach = 0.2
+    points = around(primitive, 3000, 0.2)
+    away = np.array([primitive.distance(*x.tolist(), elements.rows, 0) for x in points])
+    inside = points[away <= 0.999 * reach]
+    assert len(inside) > 500
+    # The capsule around all of it.
+    start, end = bounded.start[0], bounded.end[0]
+    along = end - start
+    share = np.clip((inside - start) @ along / max(along @ along, 1e-300), 0.0, 1.0)
+    far = np.linalg.norm(inside - start - share[:, None] * along, axis=1)
+    assert (far <= bounded.radius[0] - bounded.reach[0] + reach).all()
+    # The volume itself: rays through points within reach are inside it there.
+    directions = np.random.default_rng(4).normal(size=inside.shape)
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    t0, t1 = pierced(primitive, elements.rows, inside - 3.0 * directions, directions, reach)
+    assert (t0 <= 3.0).all()
+    assert (t1 >= 3.0).all()
+    # And a ray that passes by misses it.
+    if not primitive.endless:
+        aside = np.cross(directions, (0.6, 0.0, 0.8))
+        aside *= 4.0 / np.linalg.norm(aside, axis=1, keepdims=True)
+        t0, t1 = pierced(primitive, elements.rows, A + aside - 3.0 * directions, directions, reach)
+        assert (t0 > t1).all()
+
+
+def solid_of(primitive):
+    """What all within a distance of it is drawn as."""
+    if primitive.endless:
+        return shapes.SLAB
+    return shapes.TUBE if primitive.round else {1: shapes.BALL, 2: shapes.CAPSULE, 3: shapes.PRISM}[primitive.corners]
+
+
+@pytest.mark.parametrize("primitive", EXAMPLES, ids=named)
+def test_it_is_drawn_hard_as_its_volume(primitive):
+    kernel = kernel_of(primitive)
+    skeleton = [primitive, dataclasses.replace(primitive)]
+    # A solid's pull is its surface's field, at a level.
+    pull = isinstance(kernel, fs.Newtonian)
+    material = fs.Material(level=1.0) if pull else fs.Material(radius=0.2, kernel=type(kernel))
+    world = fs.World()
+    world.add_body(fs.Body(skeleton, gravity=kernel if pull else None, surface=material))
+    solids = offset_solids(world.at(0.0).surface, np.array([0.1, 0.2]))
+    assert solids.kinds.tolist() == [solid_of(primitive)] * 2
+    assert solids.owner.tolist() == [0, 0]

@@ -72,8 +72,9 @@ from fieldsim.world.particles import Particles
 from fieldsim.world.rig import Bone, Rig
 from fieldsim.world.rigid import Rigid
 from fieldsim.world.shapes import Ball, Box, Capsule, Cylinder, Ellipsoid, Ground, ShapeGroup, TriangleSurface
+from fieldsim.world.snapshot import Snapshot
 from fieldsim.world.texture import Checker, Clouds, ImageTexture, Marble, SolidTexture, Texture, Wood
-from fieldsim.world.world import Snapshot, World
+from fieldsim.world.world import World
 
 __all__ = [
     "Absorb",

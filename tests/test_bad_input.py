@@ -606,6 +606,7 @@ CALLS = {
         fog=Or(fs.Fog(), None),
         escape_radius=Or(10.0, None),
     ),
+    "World.frozen": _call(lambda: _world().frozen),
     "World.at": _call(lambda: _world().at, time=0.0),
     "angular_momentum": _call(lambda: fs.angular_momentum, snapshot=_world().at(0.0), center=ORIGIN),
     "bezier": _call(lambda: fs.bezier, points=np.vstack([POINTS, POINTS[:1] + 1.0]), tolerance=0.1),

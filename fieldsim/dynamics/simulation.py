@@ -31,7 +31,8 @@ from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.launch import checked_threads, device_named, launch
 from fieldsim.sources.stages import Sources, Stages, field_and_gradient, upload
 from fieldsim.world.contact import Status
-from fieldsim.world.world import Snapshot, given_world
+from fieldsim.world.snapshot import Snapshot
+from fieldsim.world.world import given_world
 
 # Events in the log of all particles at most: some gigabytes.
 MOST_EVENTS = 50_000_000
@@ -41,11 +42,6 @@ LAUNCH_WORK = 2_000_000
 LAUNCH_ROWS = 65_536
 # Where the field of the surfaces changes by more, something that rested has lost its ground.
 GROUND = 1e-3
-
-
-def _parts_of(world):
-    """What of a world a simulation is made of."""
-    return (*world.bodies, *world.particles, world.escape_radius)
 
 
 class Simulation(Uncopied):
@@ -62,9 +58,9 @@ class Simulation(Uncopied):
     def __init__(
         self, world, integrator=None, *, time: float = 0.0, device=None, threads: int | None = None, log: int = 4
     ):
-        self.world = given_world("Simulation", world)
-        # What moves here: what the world is given later would move nothing.
-        self._parts = _parts_of(world)
+        # The world given is asked, at every turn, whether it has changed since: what it got later would move nothing.
+        self._given, self.world = world, given_world("Simulation", world)
+        world = self.world
         self._time = validate.number("Simulation", "time", time)
         self.device = device_named(device)
         self.threads = threads = checked_threads("Simulation", threads)
@@ -148,12 +144,16 @@ class Simulation(Uncopied):
             raise InputError(
                 f"Simulation: its integrator was {self._method} and is now {self.integrator!r}; make another Simulation"
             )
-        now = _parts_of(self.world)
-        if len(now) != len(self._parts) or any(one is not other for one, other in zip(now, self._parts, strict=True)):
+        now, start = self._given.frozen(), self.world
+        if now is start:
+            return
+        parts = [(*world.bodies, *world.particles) for world in (now, start)]
+        if now.escape_radius != start.escape_radius or list(map(id, parts[0])) != list(map(id, parts[1])):
             raise InputError(
                 "Simulation: its world has been given or has lost bodies or particles, or its escape_radius has "
                 "changed, since the Simulation was made; make another Simulation of it"
             )
+        self.world = now  # which differs in what is only seen
 
     def advance(self, until: float) -> None:
         """Run to the time `until` in equal steps, at most the integrator's dt long, the last landing on it exactly.

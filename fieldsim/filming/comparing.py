@@ -12,7 +12,7 @@ from fieldsim.filming.pipeline import snapshot_at
 from fieldsim.render.camera import Camera
 from fieldsim.render.renderer import Renderer
 from fieldsim.scenario import Scenario
-from fieldsim.world.world import Snapshot
+from fieldsim.world.snapshot import Snapshot
 
 SIZE = (512, 512)
 

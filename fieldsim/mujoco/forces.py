@@ -104,7 +104,7 @@ class FieldForces(Uncopied):
         self.model, self.data = model, data
         given = given_sources(sources)
         self.sources = sources_of(given)
-        self._worlds = [(world, tuple(world.bodies)) for world in given if isinstance(world, World)]
+        self._worlds = [(world, world.bodies) for world in given if isinstance(world, World)]
         chosen = checks.bodies(model, bodies)
         self._chosen, self._weighing = None if bodies is None else chosen.tolist(), False
         self.accuracy = validate.choice("FieldForces", "accuracy", accuracy, ACCURACIES)

@@ -54,7 +54,7 @@ def lyapunov(
     vectors. integrator: a splitting without force gradients (default `Leapfrog()`). Raises InputError for others,
     and where particles have a contact law, may escape or pull each other.
     """
-    given_world("lyapunov", world)
+    world = given_world("lyapunov", world)
     refuse("lyapunov", "lyapunov", world)
     duration = validate.number("lyapunov", "duration", duration, above=0.0)
     # As many as phase space has dimensions.

@@ -82,7 +82,7 @@ def poincare(world, section: Section, duration: float, integrator=None, *, devic
     the plane twice within one step only touches it, and is not seen to. Bodies move as they do in a simulation, free
     ones too. Raises InputError where particles have a contact law, may escape or pull each other.
     """
-    given_world("poincare", world)
+    world = given_world("poincare", world)
     validate.instance("poincare", "section", section, Section, "give a fs.Section")
     threads = checked_threads("poincare", threads)
     refuse("poincare", "poincare", world)

@@ -26,7 +26,8 @@ from fieldsim.numerics import quaternion
 from fieldsim.recording.archive import MOST_ABOUT, Archive
 from fieldsim.types import PathLike, RealLike, WholeLike
 from fieldsim.world.motion import Pose
-from fieldsim.world.world import Snapshot, World, given_world
+from fieldsim.world.snapshot import Snapshot
+from fieldsim.world.world import World, given_world
 
 
 @dataclasses.dataclass
@@ -317,7 +318,7 @@ class Recorded:
 
     def snapshots(self, world: World) -> Iterator[Snapshot]:
         """All snapshots in turn."""
-        given_world("Recorded.snapshots", world)
+        world = given_world("Recorded.snapshots", world)
         return (self.snapshot(index, world) for index in range(len(self)))
 
     def replay(self, world: World) -> "Replay":

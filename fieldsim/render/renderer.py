@@ -20,7 +20,7 @@ from fieldsim.render.scene.candidates import TILE
 from fieldsim.render.scene.hits import BALLS, exact_depth
 from fieldsim.render.solids.skeleton import MODES
 from fieldsim.render.tracer import Tracer
-from fieldsim.world.world import Snapshot
+from fieldsim.world.snapshot import Snapshot
 
 _TONES = 1 << 14  # of the table that turns linear values into bytes
 _MOST_PIXELS = 1 << 23  # in memory at a time: two thirds of a gigabyte

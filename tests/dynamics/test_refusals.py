@@ -5,6 +5,7 @@ import pytest
 
 import fieldsim as fs
 from fieldsim.dynamics import refusals
+from fieldsim.world.world import FIELDS
 
 SUN = fs.Body(fs.Point((0, 0, 0)), gravity=fs.Newtonian(), surface=fs.Material(radius=0.2))
 ORBIT = {"positions": [(2.0, 0, 0)], "velocities": [(0, 0.7, 0)]}
@@ -153,11 +154,12 @@ def test_a_copy_of_a_world_loses_nothing():
     copied = world.replace()
     assert type(copied) is Mine
     assert vars(copied) == vars(world)
-    copied.bodies.clear()
+    assert set(FIELDS) | {"note"} == set(vars(world)), "what a world has is what replace knows, and what was added"
+    copied.bodies = ()
     copied.add_particles(**ORBIT)
     assert (len(world.bodies), len(world.particles)) == (1, 1)
     dark = world.replace(bodies=[], escape_radius=None, fog=None)
-    assert (dark.bodies, dark.escape_radius, dark.fog) == ([], None, None)
+    assert (dark.bodies, dark.escape_radius, dark.fog) == ((), None, None)
     assert (dark.shapes, dark.lights, dark.background) == (world.shapes, world.lights, world.background)
     assert world.escape_radius == 9.0
 

@@ -189,7 +189,7 @@ def test_what_the_world_gets_later_is_drawn():
     world.add_body(PLANET)
     world.background = fs.Background("white")
     after = scene.snapshot(data)
-    assert after.world.bodies == [PLANET]
+    assert after.world.bodies == (PLANET,)
     assert after.world.background is world.background
     assert scene.snapshot(data).world is after.world
 

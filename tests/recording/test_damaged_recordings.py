@@ -271,10 +271,10 @@ def test_another_world_is_refused(tmp_path, content):
     path = tmp_path / "run.npz"
     path.write_bytes(content)
     less, more = world(), world()
-    less.particles.pop()
+    less.particles = less.particles[:-1]
     more.add_particles([(0, 0, 9)], [(0, 0, 0)])
     bare = world()
-    bare.shapes.clear()
+    bare.shapes = ()
     for other, words in [
         (world(particles=5), "is of 3 particles in set 0, the world has 5"),
         (less, "is of 2 sets of particles, the world has 1"),

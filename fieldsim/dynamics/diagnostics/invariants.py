@@ -15,7 +15,8 @@ from fieldsim.dynamics.splitting.mutual_gravity import MutualGravity
 from fieldsim.sources.stages import Sources, field_and_gradient, upload
 from fieldsim.world.contact import Repulsion
 from fieldsim.world.motion import Pose, Spin
-from fieldsim.world.world import Snapshot, given_world
+from fieldsim.world.snapshot import Snapshot
+from fieldsim.world.world import given_world
 
 
 @dataclasses.dataclass(frozen=True)
@@ -96,7 +97,7 @@ def common_spin(world) -> Spin | None:
     Two spins are one where their axes are one line and their rates about it agree, however they are written. What lies
     evenly about that line turns with any spin, also while it stands still or turns faster.
     """
-    given_world("common_spin", world)
+    world = given_world("common_spin", world)
     bodies = acting(world)
     if any(changing(world, body) for body in bodies) or any(
         particles.gravity is not None for particles in world.particles

@@ -55,8 +55,7 @@ class FreeBodies(Uncopied):
     _remedy = "copy what it gives, such as bodies.centers"
 
     def __init__(self, world, time: float):
-        # A copy: what the world is given later does not move here.
-        self.world = world = world.replace()
+        self.world = world = world.frozen()
         self.starts: list[FreeBody] = [free_body(i, body) for i, body in enumerate(world.bodies) if body.free]
         self._number = {start.index: b for b, start in enumerate(self.starts)}
         if not self.starts:

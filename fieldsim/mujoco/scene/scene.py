@@ -1,8 +1,6 @@
 """A MuJoCo model in the picture: a world together with a model's geoms and skins."""
 
-import copy
 import dataclasses
-import operator
 import warnings
 from collections.abc import Sequence
 
@@ -17,7 +15,8 @@ from fieldsim.mujoco.scene.planet import PlanetGeom
 from fieldsim.mujoco.scene.skins import Skin
 from fieldsim.mujoco.scene.undrawn import undrawn
 from fieldsim.numerics import quaternion
-from fieldsim.world.world import Snapshot, World, given_world
+from fieldsim.world.snapshot import Snapshot
+from fieldsim.world.world import World, given_world
 
 # What shapes and materials are made of.
 LOOKS = (
@@ -55,7 +54,8 @@ class Scene:
         skins: Skin | Sequence[Skin] = (),
         planets: PlanetGeom | Sequence[PlanetGeom] = (),
     ):
-        self.given = given_world("Scene", world)
+        given_world("Scene", world)
+        self.given = world
         self.model = model_of(model)
         self.skins = _all("skins", skins, Skin, "fs.mujoco.skin(model)")
         self.planets = _all("planets", planets, PlanetGeom, "fs.mujoco.planet_geom(body)")
@@ -66,27 +66,22 @@ class Scene:
 
     def _compose(self):
         """Make the world of what the model is now, and tell of what is left out."""
-        self._looks, world = (_looks_of(self.model), self._held()), self.given
+        self._looks = _looks_of(self.model), self.given.frozen()
+        _, world = self._looks
         stood_for = {geom for skin in self.skins for geom in skin.geoms}
         stood_for |= {g for g in range(self.model.ngeom) if self.model.geom(g).name in {p.name for p in self.planets}}
         self.geoms, geoms = self._shapes([g for g in seen_geoms(self.model) if g not in stood_for], "geom")
         self.sites, sites = self._shapes(seen(self.model, "site"), "site")
-        self.world = copy.copy(world)
-        self.world.bodies = [*world.bodies, *(body for skin in self.skins for body in skin.bodies)]
-        self.world.particles, self.world.shapes = list(world.particles), list(world.shapes)
+        whole = world.replace(bodies=[*world.bodies, *(body for skin in self.skins for body in skin.bodies)])
         if geoms or sites:
             shapes, materials = zip(*geoms, *sites, strict=True)
-            self.world.add_shape(shapes, materials, name="MuJoCo")
+            whole.add_shape(shapes, materials, name="MuJoCo")
+        self.world = whole.frozen()
         self._tell_what_is_left_out()
 
-    def _held(self):
-        """What the given world holds, which the picture's world is made of, as of the model's looks."""
-        return [one for value in vars(self.given).values() for one in (value if isinstance(value, list) else [value])]
-
     def _changed(self):
-        (numbers, held), held_now = self._looks, self._held()
-        same = len(held) == len(held_now) and all(map(operator.is_, held, held_now))
-        return numbers != _looks_of(self.model) or not same
+        looks, world = self._looks
+        return world is not self.given.frozen() or looks != _looks_of(self.model)
 
     def _shapes(self, numbers, of):
         """The numbers of those that have a shape, and pairs of their shapes and materials."""
@@ -137,7 +132,9 @@ class Scene:
             places, turns = (np.concatenate(part) for part in zip(*parts, strict=True))
             shapes += ((places, turns),)
         state = data.time, data.qpos.copy(), data.mocap_pos.copy(), data.mocap_quat.copy()
-        return ModelSnapshot(self.world, base.time, poses, base.positions, base.velocities, shapes or None, state)
+        kept = {field.name: getattr(base, field.name) for field in dataclasses.fields(Snapshot)}
+        told = {"world": self.world, "poses": poses, "shape_poses": shapes or None, "state": state}
+        return ModelSnapshot(**kept | told)
 
     def _placed(self, data, of, numbers):
         """Positions (n, 3) and rotations (n, 4) of geoms or sites."""

@@ -141,7 +141,7 @@ def test_repulsion_keeps_the_energy_and_the_ground():
     assert len(simulation.events) == 0
     # What it is made of: the potential's slope is the force.
     points = np.array([[0.53, 0, 0], [0, 0.4, 0], [0, 0, 2.0]])
-    world.particles.clear()
+    world.particles = ()
     world.add_particles(points, np.zeros((3, 3)), contact=law)
     simulation = fs.Simulation(world, fs.Leapfrog(1e-6), threads=1)
     simulation.advance(1e-6)
@@ -149,7 +149,7 @@ def test_repulsion_keeps_the_energy_and_the_ground():
     for k, point in enumerate(points):
         heights = []
         for sign in (1, -1):
-            world.particles.clear()
+            world.particles = ()
             world.add_particles([point * (1 + sign * step)], [(0, 0, 0)], contact=law)
             heights.append(fs.energy(world.at(0.0)).potential[0])
         slope = (heights[0] - heights[1]) / (2 * step * np.linalg.norm(point))

@@ -190,5 +190,5 @@ def test_contact_with_kernels_that_end_is_refused(kernel):
     world.add_particles([(1.0, 0, 0)], [(0, 0, 0)], contact=fs.Bounce(1.0))
     with pytest.raises(fs.InputError, match=f"no contact is known for a surface of {kernel.__name__}"):
         fs.Simulation(world, fs.Leapfrog(2e-3)).advance(0.1)
-    world.particles[0] = fs.Particles([(1.0, 0, 0)], [(0, 0, 0)])
+    world.particles = [fs.Particles([(1.0, 0, 0)], [(0, 0, 0)])]
     fs.Simulation(world, fs.Leapfrog(2e-3)).advance(0.1)

@@ -1,0 +1,152 @@
+"""Snapshots: what a world looks like at one moment."""
+
+import dataclasses
+import functools
+import typing
+
+import numpy as np
+
+from fieldsim import validate
+from fieldsim.arrays import kept, read_only
+from fieldsim.errors import InputError
+from fieldsim.potentials.elements import Elements, concatenate, place
+from fieldsim.potentials.field import Field
+from fieldsim.potentials.meshes.mesh import TriangleMesh
+from fieldsim.world.color import color_rgb
+from fieldsim.world.material import Material
+from fieldsim.world.motion import Pose
+from fieldsim.world.shapes import Solids, checked_poses, joined
+
+if typing.TYPE_CHECKING:
+    from fieldsim.world.world import World
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Snapshot:
+    """One moment: all that a frame needs.
+
+    poses: one per body; positions, velocities: one (N, 3) array per set of particles, world frame; shape_poses: one
+    pair of positions (N, 3) and rotations ((N, 4) or (N, 3, 3)) per group of hard shapes, None: as their motions say.
+    Arrays are kept as copies to read only, the world as its frozen value: what it is given later changes no moment.
+    Raises InputError for what does not fit the world.
+    """
+
+    world: "World"
+    time: float
+    poses: tuple[Pose, ...]
+    positions: tuple[np.ndarray, ...]
+    velocities: tuple[np.ndarray, ...]
+    shape_poses: tuple[tuple[np.ndarray, np.ndarray], ...] | None = None
+
+    def __post_init__(self):
+        world = validate.having("Snapshot", "world", self.world, ("frozen", "bodies", "particles"), "give a fs.World")
+        object.__setattr__(self, "world", world.frozen())
+        object.__setattr__(self, "time", validate.number("Snapshot", "time", self.time))
+        poses = validate.instances("Snapshot", "poses", self.poses, Pose, "give a fs.Pose for each body")
+        object.__setattr__(self, "poses", poses)
+        for name in ("positions", "velocities"):
+            remedy = "give a list with an array (N, 3) for each set of particles"
+            arrays = validate.listed("Snapshot", name, getattr(self, name), remedy)
+            arrays = (validate.points("Snapshot", f"{name}[{k}]", array) for k, array in enumerate(arrays))
+            object.__setattr__(self, name, tuple(map(kept, arrays)))
+        if self.shape_poses is not None:
+            remedy = "give a pair of positions and rotations for each World.add_shape"
+            pairs = validate.listed("Snapshot", "shape_poses", self.shape_poses, remedy)
+            pairs = tuple(_pair(f"shape_poses[{k}]", pair, remedy) for k, pair in enumerate(pairs))
+            object.__setattr__(self, "shape_poses", pairs)
+        self._refuse_misfit()
+
+    def _refuse_misfit(self):
+        """Raise InputError where there are more or fewer rows than the world has things."""
+        world, pairs = self.world, self.shape_poses
+        self._fits("poses", len(self.poses), len(world.bodies), "bodies")
+        for name in ("positions", "velocities"):
+            arrays = getattr(self, name)
+            self._fits(name, len(arrays), len(world.particles), "sets of particles")
+            for k, (array, particles) in enumerate(zip(arrays, world.particles, strict=True)):
+                self._fits(f"rows of {name}[{k}]", len(array), len(particles), "particles")
+        if pairs is not None:
+            self._fits("shape_poses", len(pairs), len(world.shapes), "groups of shapes")
+            for k, (pair, group) in enumerate(zip(pairs, world.shapes, strict=True)):
+                checked_poses("Snapshot", f"shape_poses[{k}]", pair, len(group.shapes))
+
+    @staticmethod
+    def _fits(name, count, wanted, things):
+        if count != wanted:
+            raise InputError(f"Snapshot: {count} {name} for {wanted} {things} of its world; give as many")
+
+    def poses_at(self, index: int, times) -> tuple[np.ndarray, np.ndarray]:
+        """Rotations (n, 3, 3) and positions (n, 3) of body `index`: those of this moment, at each of the n `times`."""
+        owner = "Snapshot.poses_at"
+        index = validate.whole(owner, "index", index, at_least=0, at_most=len(self.poses) - 1)
+        pose, count = self.poses[index], len(validate.numbers(owner, "times", times, shape=(None,)))
+        return np.broadcast_to(pose.matrix, (count, 3, 3)), np.broadcast_to(pose.position, (count, 3))
+
+    @functools.cached_property
+    def surface(self) -> "Surface":
+        """All bodies' surface elements in the world's frame; the surface is where their sum is 1."""
+        parts, owners, materials, poses = [], [], [], []
+        for body, pose in zip(self.world.bodies, self.poses, strict=True):
+            if body.surface is None:
+                continue
+            local = body.surface_elements(self.time)
+            rows = local.rows if pose.is_identity else place(local.rows, pose.matrix, np.array(pose.position))
+            parts.append(dataclasses.replace(local, rows=rows))
+            owners.append(np.full(len(local), len(materials), dtype=np.int32))
+            materials.append(body.surface.at(self.time))
+            poses.append(pose)
+        grouped, order = concatenate(parts).grouped()
+        owner = np.concatenate(owners)[order] if owners else np.zeros(0, dtype=np.int32)
+        return Surface(grouped, owner, tuple(materials), tuple(poses))
+
+    def surface_field(self) -> Field:
+        """The field whose level 1 is the surface of all bodies together, in the world's frame."""
+        elements = self.surface.elements
+        if not len(elements):
+            raise InputError("Snapshot: no body of the world has a surface; give one a fs.Material")
+        return Field.of_elements(elements)
+
+    def surface_mesh(self, *, resolution: int | None = None, tolerance: float | None = None) -> TriangleMesh:
+        """The surface of all bodies together as a closed `TriangleMesh`; see `Field.mesh`."""
+        return self.surface_field().mesh(1.0, resolution=resolution, tolerance=tolerance)
+
+    @functools.cached_property
+    def shapes(self) -> Solids:
+        """All hard shapes in the world's frame."""
+        groups = self.world.shapes
+        if self.shape_poses is None:
+            poses = [group.poses_at(self.time) for group in groups]
+        else:
+            poses = [
+                checked_poses("Snapshot", f"shape_poses[{index}]", pair, len(group.shapes))
+                for index, (group, pair) in enumerate(zip(groups, self.shape_poses, strict=True))
+            ]
+        return joined(group.solids(self.time).placed(*pose) for group, pose in zip(groups, poses, strict=True))
+
+    @functools.cached_property
+    def spheres(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """All particles: centres (N, 3), radii (N,), linear RGB colours (N, 3)."""
+        sets = self.world.particles
+        if not sets:
+            return tuple(map(read_only, (np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3)))))
+        radii = np.concatenate([np.full(len(p), p.radius) for p in sets])
+        colors = np.concatenate([np.tile(color_rgb("Particles", p.color), (len(p), 1)) for p in sets])
+        return tuple(map(read_only, (np.concatenate(self.positions), radii, colors)))
+
+
+def _pair(name, value, remedy):
+    """Two arrays to read only."""
+    arrays = validate.listed("Snapshot", name, value, remedy)
+    if len(arrays) != 2:
+        raise InputError(f"Snapshot: {name} has {len(arrays)} parts; {remedy}")
+    return tuple(kept(validate.numbers("Snapshot", f"{name}[{k}]", array)) for k, array in enumerate(arrays))
+
+
+@dataclasses.dataclass(frozen=True)
+class Surface:
+    """Surface elements in the world's frame, grouped by cell; owner: each one's material and pose, (N,)."""
+
+    elements: Elements
+    owner: np.ndarray
+    materials: tuple[Material, ...]
+    poses: tuple[Pose, ...]

@@ -5,7 +5,7 @@ import numpy as np
 from fieldsim.dynamics.refusals import body_name
 from fieldsim.errors import InputError
 from fieldsim.potentials.row import STRENGTH
-from fieldsim.sources.stages import field_of_elements
+from fieldsim.sources.field import field_of_elements
 
 # A place is on a bare source if so many roundings of its coordinates change the potential by this share.
 ROUNDINGS = 4.0 * np.finfo(float).eps

@@ -29,7 +29,9 @@ from fieldsim.dynamics.splitting.mutual_gravity import MutualGravity
 from fieldsim.dynamics.state import State, refuse_nonsense, renew, restored_if_broken_off, state_of
 from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.launch import checked_threads, device_named, launch
-from fieldsim.sources.stages import Sources, Stages, field_and_gradient, upload
+from fieldsim.sources.elements import Sources
+from fieldsim.sources.field import field_and_gradient
+from fieldsim.sources.stages import Stages, upload
 from fieldsim.world.contact import Status
 from fieldsim.world.snapshot import Snapshot
 from fieldsim.world.world import given_world

@@ -20,7 +20,8 @@ from fieldsim.errors import InputError
 from fieldsim.launch import checked_threads, launch
 from fieldsim.numerics.running_sums import added
 from fieldsim.orbits.poincare import splitting_for
-from fieldsim.sources.stages import Stages, hessian_at
+from fieldsim.sources.field import hessian_at
+from fieldsim.sources.stages import Stages
 from fieldsim.world.world import given_world
 
 MOST_SAMPLES = 1_000_000

@@ -16,7 +16,9 @@ from fieldsim.dynamics.splitting.kernels import Method, advance_of, method_of, p
 from fieldsim.dynamics.state import State
 from fieldsim.errors import InputError
 from fieldsim.launch import checked_threads, launch
-from fieldsim.sources.stages import Stages, field_at, spin_poses
+from fieldsim.sources.field import field_at
+from fieldsim.sources.poses import spin_poses
+from fieldsim.sources.stages import Stages
 from fieldsim.world.motion import Spin
 from fieldsim.world.world import given_world
 

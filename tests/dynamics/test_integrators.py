@@ -13,7 +13,9 @@ from fieldsim.dynamics.auto import choose
 from fieldsim.dynamics.integrators.splittings import Splitting
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.dynamics.trials import Trial, scouted
-from fieldsim.sources.stages import Sources, Stages, hessian_at, upload
+from fieldsim.sources.elements import Sources
+from fieldsim.sources.field import hessian_at
+from fieldsim.sources.stages import Stages, upload
 
 DONUT = fs.Body(fs.Circle((0, 0, 0), (0, 0, 1), 1.0), gravity=fs.Newtonian(0.5))
 CIGAR = fs.Segment((-1, 0, 0), (1, 0, 0))

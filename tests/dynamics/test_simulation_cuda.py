@@ -12,7 +12,8 @@ from fieldsim.dynamics.splitting.kernels import contact_kernel, splitting_kernel
 from fieldsim.potentials.kernels import Newtonian
 from fieldsim.potentials.primitives.circle import Circle
 from fieldsim.potentials.primitives.segment import Segment
-from fieldsim.sources.stages import Sources, _field_kernel
+from fieldsim.sources.elements import Sources
+from fieldsim.sources.field import _field_kernel
 from fieldsim.world.body import Body
 from fieldsim.world.contact import Bounce
 from fieldsim.world.material import Material

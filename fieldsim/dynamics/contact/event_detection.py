@@ -1,7 +1,7 @@
 """Event detection: when a particle in free flight first meets the surface F = 1, as Warp functions.
 
 Within a step a particle follows the parabola x + t v + t^2/2 a, which is leapfrog's drift for every t. Far from
-surfaces the search advances by the margin (see `surfaces`), near them by the surface's grain, with a cubic Hermite
+surfaces the search advances by the margin (see `margins`), near them by the surface's grain, with a cubic Hermite
 interpolant of the gap (see `gap`) that finds maxima between two outside ends. Crossings are bracketed and refined on
 the true gap, and the outside end of the bracket is taken: fast particles do not tunnel.
 """
@@ -11,7 +11,7 @@ import functools
 import warp as wp
 
 from fieldsim.dynamics.contact.gap import REFINEMENTS, TOLERANCE, Gap, Moment, gap_at
-from fieldsim.dynamics.contact.surfaces import margin_at, sweep_at
+from fieldsim.sources.margins import margin_at, sweep_at
 from fieldsim.sources.stages import Stages
 
 # If the maximum of the interpolant exceeds this, the true gap is evaluated there.

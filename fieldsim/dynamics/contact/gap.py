@@ -10,8 +10,9 @@ import functools
 
 import warp as wp
 
-from fieldsim.dynamics.contact.friction import twist_at
-from fieldsim.sources.stages import Stages, field_at
+from fieldsim.sources.field import field_at
+from fieldsim.sources.stages import Stages
+from fieldsim.sources.surface_velocity import twist_at
 
 # In units of the gap: accuracy of the contact position, and the greatest gap that counts as touching.
 TOLERANCE = wp.constant(wp.float64(1e-10))

@@ -8,9 +8,10 @@ import warp as wp
 
 from fieldsim.dynamics.contact.gap import TOUCHING, Moment, gap_at, push_out
 from fieldsim.dynamics.contact.particle_state import ContactParticles, makes_events
-from fieldsim.dynamics.contact.surfaces import Surfaces, margin_at
+from fieldsim.dynamics.contact.surfaces import Surfaces
 from fieldsim.errors import FieldsimWarning
 from fieldsim.launch import launch
+from fieldsim.sources.margins import margin_at
 from fieldsim.sources.stages import Stages
 
 

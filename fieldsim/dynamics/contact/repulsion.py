@@ -8,7 +8,9 @@ import warp as wp
 from fieldsim.dynamics.contact.event_detection import Motion
 from fieldsim.dynamics.contact.particle_state import ContactParticle, ContactParticles
 from fieldsim.dynamics.contact.sliding import pull_between
-from fieldsim.sources.stages import Sources, Stages, field_and_gradient, field_at, upload
+from fieldsim.sources.elements import Sources
+from fieldsim.sources.field import field_and_gradient, field_at
+from fieldsim.sources.stages import Stages, upload
 from fieldsim.world.contact import Repulsion
 
 

@@ -11,10 +11,12 @@ import functools
 import warp as wp
 
 from fieldsim.dynamics.contact.event_detection import Motion
-from fieldsim.dynamics.contact.friction import after_friction, screw, slip_of, twist_at
+from fieldsim.dynamics.contact.friction import after_friction, slip_of
 from fieldsim.dynamics.contact.gap import REFINEMENTS, TOLERANCE, TOUCHING, Gap, Moment, gap_at, push_out
 from fieldsim.dynamics.contact.particle_state import ContactParticle
-from fieldsim.sources.stages import Stages, field_at
+from fieldsim.sources.field import field_at
+from fieldsim.sources.stages import Stages
+from fieldsim.sources.surface_velocity import screw, twist_at
 
 
 @functools.cache

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 
 from fieldsim.errors import InputError
-from fieldsim.sources.stages import field_of_elements
+from fieldsim.sources.field import field_of_elements
 
 # How far the surface may bulge between points, in radii of its material.
 TOLERANCE = 0.02

@@ -12,7 +12,9 @@ from fieldsim import validate
 from fieldsim.dynamics.contact.repulsion import contact_energy
 from fieldsim.dynamics.refusals import refuse_mixture
 from fieldsim.dynamics.splitting.mutual_gravity import MutualGravity
-from fieldsim.sources.stages import Sources, field_and_gradient, upload
+from fieldsim.sources.elements import Sources
+from fieldsim.sources.field import field_and_gradient
+from fieldsim.sources.stages import upload
 from fieldsim.world.contact import Repulsion
 from fieldsim.world.motion import Pose, Spin
 from fieldsim.world.snapshot import Snapshot

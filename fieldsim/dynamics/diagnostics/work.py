@@ -16,7 +16,8 @@ from fieldsim.dynamics.integrators.splittings import moments
 from fieldsim.dynamics.splitting.kernels import Method, advance_of, method_of, particle_at, substep_of
 from fieldsim.dynamics.state import State
 from fieldsim.launch import launch
-from fieldsim.sources.stages import Stages, field_at, upload
+from fieldsim.sources.field import field_at
+from fieldsim.sources.stages import Stages, upload
 
 # Time derivatives are differences over this share of a step, of fourth order: their errors, of rounding and of the
 # difference, stay below those of the orbits.

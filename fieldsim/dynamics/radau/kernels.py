@@ -19,9 +19,10 @@ from fieldsim.dynamics.radau.step import (
     travelled,
 )
 from fieldsim.dynamics.radau.tables import ORDER, Series
-from fieldsim.dynamics.radau.windows import Window, place_rows
 from fieldsim.numerics.running_sums import exactly_added
-from fieldsim.sources.stages import Stages, field_at
+from fieldsim.sources.field import field_at
+from fieldsim.sources.stages import Stages
+from fieldsim.sources.windows import Window, place_rows
 
 # Steps shorter than this part of the time flown never arrive.
 SHORTEST = wp.constant(wp.float64(2.0**-60))

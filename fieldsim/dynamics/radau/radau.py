@@ -11,13 +11,14 @@ from fieldsim.arrays import kept
 from fieldsim.dynamics.integrators.splittings import Integrator
 from fieldsim.dynamics.radau.kernels import Flights, Leg, dense_kernel, radau_kernel
 from fieldsim.dynamics.radau.tables import ORDER, Series
-from fieldsim.dynamics.radau.windows import Windows
 from fieldsim.dynamics.state import renew
 from fieldsim.errors import InputError
 from fieldsim.launch import launch
 from fieldsim.potentials.kernels import Gaussian, Metaball, Quartic, SoftObject
 from fieldsim.potentials.row import POSITIONS, SIZE
-from fieldsim.sources.stages import Sources, tables
+from fieldsim.sources.elements import Sources
+from fieldsim.sources.stages import tables
+from fieldsim.sources.windows import Windows
 
 # A launch spans at most so many evaluations of an element, and keeps so many moving rows.
 LAUNCH_WORK = 20_000_000

@@ -13,7 +13,8 @@ import warp as wp
 from fieldsim.dynamics.radau import tables
 from fieldsim.dynamics.radau.tables import ORDER, Series
 from fieldsim.numerics.running_sums import exactly_added, product_rest
-from fieldsim.sources.stages import Stages, field_at
+from fieldsim.sources.field import field_at
+from fieldsim.sources.stages import Stages
 
 SWEEPS = wp.constant(12)
 STAGES = wp.constant(ORDER + 1)

@@ -36,7 +36,7 @@ from fieldsim.dynamics.state import restored_if_broken_off
 from fieldsim.errors import FieldsimError, FieldsimWarning
 from fieldsim.launch import launch
 from fieldsim.numerics import quaternion
-from fieldsim.sources.stages import Sources
+from fieldsim.sources.elements import Sources
 from fieldsim.world.motion import Pose
 
 # Contacts want steps shorter than this share of 1 / (their angular frequency).

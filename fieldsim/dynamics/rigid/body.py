@@ -7,7 +7,6 @@ import math
 import numpy as np
 
 from fieldsim.dynamics.contact.surface_points import SurfacePoints, spacing, surface_points
-from fieldsim.dynamics.contact.surfaces import refuse_compact, with_reach
 from fieldsim.dynamics.refusals import body_name
 from fieldsim.dynamics.rigid.inertia import NOTHING, mass_properties, once_for_equals, surface_box
 from fieldsim.dynamics.rigid.mass_points import enough, mass_points
@@ -15,6 +14,7 @@ from fieldsim.errors import InputError
 from fieldsim.numerics import quaternion
 from fieldsim.potentials.elements import Elements, concatenate, place
 from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Newtonian
+from fieldsim.sources.margins import refuse_compact, with_reach
 from fieldsim.world.motion import Pose
 
 # Relative error of the mass points' pull on what touches the body.

@@ -13,9 +13,10 @@ import functools
 
 import warp as wp
 
-from fieldsim.dynamics.contact.surfaces import margin_of
 from fieldsim.dynamics.rigid.gravity import field_of_body
-from fieldsim.sources.stages import Stages, field_at
+from fieldsim.sources.field import field_at
+from fieldsim.sources.margins import margin_of
+from fieldsim.sources.stages import Stages
 
 
 @wp.struct
@@ -24,7 +25,7 @@ class Shells:
 
     points, weights: surface points and their area times stiffness. blocks: centres and radii of spheres around the
     points of each block, which end at block_end; those of body b begin at first_block[b]. rows, kinds: elements of the
-    surface fields with their reach (see `surfaces`), those of body b from first_row[b]. reach (B,): radius about the
+    surface fields with their reach (see `margins`), those of body b from first_row[b]. reach (B,): radius about the
     centre of mass that holds the surface.
     """
 

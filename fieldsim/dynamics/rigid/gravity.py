@@ -10,7 +10,8 @@ import functools
 import warp as wp
 
 from fieldsim.potentials import registry
-from fieldsim.sources.stages import Stages, field_at
+from fieldsim.sources.field import field_at
+from fieldsim.sources.stages import Stages
 
 
 @wp.struct

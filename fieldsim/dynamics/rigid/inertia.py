@@ -6,11 +6,11 @@ import functools
 import numpy as np
 
 from fieldsim import validate
-from fieldsim.dynamics.contact.rows import REACH
-from fieldsim.dynamics.contact.surfaces import with_reach
 from fieldsim.dynamics.rigid.mass_points import EXACT, mass_points
 from fieldsim.errors import InputError
-from fieldsim.sources.stages import field_of_elements
+from fieldsim.sources.field import field_of_elements
+from fieldsim.sources.margins import with_reach
+from fieldsim.sources.rows import REACH
 from fieldsim.world.motion import IDENTITY
 
 # Relative error of a solid's volume and moments.

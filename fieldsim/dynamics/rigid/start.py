@@ -6,14 +6,14 @@ import math
 
 import numpy as np
 
-from fieldsim.dynamics.contact.rows import REACH
-from fieldsim.dynamics.contact.surfaces import with_reach
 from fieldsim.dynamics.refusals import body_name
 from fieldsim.dynamics.rigid.body import FreeBody
 from fieldsim.dynamics.rigid.mass_points import mass_points
 from fieldsim.errors import InputError
 from fieldsim.potentials.elements import Elements
-from fieldsim.sources.stages import field_of_elements
+from fieldsim.sources.field import field_of_elements
+from fieldsim.sources.margins import with_reach
+from fieldsim.sources.rows import REACH
 from fieldsim.world.motion import Pose
 
 # Where a point of one surface starts within the other's field of more than this, the two overlap.

@@ -3,14 +3,15 @@
 import numpy as np
 import warp as wp
 
-from fieldsim.dynamics.contact.surfaces import with_reach
 from fieldsim.dynamics.rigid.contact import Shells
 from fieldsim.dynamics.rigid.gravity import Masses
 from fieldsim.dynamics.rigid.kernel import Rigids
 from fieldsim.numerics import quaternion
 from fieldsim.potentials.elements import concatenate
 from fieldsim.potentials.row import ROW_WIDTH
-from fieldsim.sources.stages import Sources, Stages, tables, upload
+from fieldsim.sources.elements import Sources
+from fieldsim.sources.margins import with_reach
+from fieldsim.sources.stages import Stages, tables, upload
 
 HOST = "cpu"
 

@@ -24,10 +24,11 @@ from fieldsim.dynamics.contact.particle_state import (
     step_start,
 )
 from fieldsim.dynamics.contact.response import contact_step
-from fieldsim.dynamics.contact.surfaces import margin_at, sweep_at
 from fieldsim.dynamics.state import State, drifted
 from fieldsim.numerics.running_sums import added
-from fieldsim.sources.stages import Stages, field_at, hessian_at
+from fieldsim.sources.field import field_at, hessian_at
+from fieldsim.sources.margins import margin_at, sweep_at
+from fieldsim.sources.stages import Stages
 
 # Particles that a CPU thread moves together, and one vector of each.
 LANES = 8

@@ -17,7 +17,8 @@ from fieldsim.launch import launch
 from fieldsim.numerics.running_sums import added
 from fieldsim.potentials import registry
 from fieldsim.potentials.primitives.point import Point
-from fieldsim.sources.stages import Stages, field_at
+from fieldsim.sources.field import field_at
+from fieldsim.sources.stages import Stages
 
 # One thread moves all particles where no more pairs than these are to be summed.
 FEW_PAIRS = 4096

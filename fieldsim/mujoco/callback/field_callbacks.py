@@ -7,8 +7,8 @@ function in Python. `caller(name, native)` calls it either way.
 import functools
 
 from fieldsim import launch
-from fieldsim.dynamics.contact.surfaces import margin_of
 from fieldsim.potentials import registry
+from fieldsim.sources.margins import margin_of
 
 # How many numbers each gives: F and its gradient; also the Hessian; the distance within which no surface can be.
 LENGTHS = {"field": 4, "jet": 10, "margin": 1}

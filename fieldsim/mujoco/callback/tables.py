@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from fieldsim import validate
-from fieldsim.dynamics.contact.surfaces import with_reach
 from fieldsim.dynamics.refusals import refuse
 from fieldsim.errors import InputError
 from fieldsim.mujoco.callback.field_callbacks import LENGTHS, sum_of
@@ -15,6 +14,7 @@ from fieldsim.mujoco.callback.rows import AXIS, CENTER, MOTION, PHASE, RATE, SHI
 from fieldsim.numerics import quaternion
 from fieldsim.potentials.elements import Elements, concatenate, place
 from fieldsim.potentials.field import Field
+from fieldsim.sources.margins import with_reach
 from fieldsim.world.body import Body
 from fieldsim.world.motion import Pose, Spin, pose_at
 from fieldsim.world.world import World

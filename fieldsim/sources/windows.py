@@ -13,7 +13,8 @@ import numpy as np
 import warp as wp
 
 from fieldsim.potentials.row import DIRECTIONS, POSITIONS, ROW_WIDTH
-from fieldsim.sources.stages import Sources, Stages
+from fieldsim.sources.elements import Sources
+from fieldsim.sources.stages import Stages
 from fieldsim.world.motion import Keyframes
 
 DEGREE = 20

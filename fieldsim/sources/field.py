@@ -1,0 +1,120 @@
+"""The field of sources: Warp functions of a place and a stage, and sums at given points."""
+
+import functools
+
+import numpy as np
+import warp as wp
+
+from fieldsim.launch import launch
+from fieldsim.potentials import registry
+from fieldsim.sources.elements import Sources
+from fieldsim.sources.stages import Stages
+
+
+@functools.cache
+def field_at(kinds_used):
+    """Warp function (point, stages, stage) -> (F, gradient) of the given formulas at one stage."""
+    fixed_kinds, moving_kinds = kinds_used
+    fixed = registry.field_sum(fixed_kinds).warp(wp.float64)
+    moving = registry.field_sum(moving_kinds).warp(wp.float64)
+
+    @wp.func
+    def still(p: wp.vec3d, stages: Stages, stage: int):
+        f, x, y, z = fixed(p[0], p[1], p[2], stages.rows, stages.kinds, 0, stages.kinds.shape[0])
+        return f, wp.vec3d(x, y, z)
+
+    @wp.func
+    def changing(p: wp.vec3d, stages: Stages, stage: int):
+        first = stage * stages.moving
+        f, x, y, z = moving(p[0], p[1], p[2], stages.moving_rows, stages.moving_kinds, first, stages.moving)
+        return f, wp.vec3d(x, y, z)
+
+    return _of_both(kinds_used, still, changing)
+
+
+@functools.cache
+def hessian_at(kinds_used):
+    """Warp function (point, stages, stage) -> (gradient, Hessian) of the given formulas at one stage."""
+    fixed_kinds, moving_kinds = kinds_used
+    fixed = registry.jet_sum(fixed_kinds).warp(wp.float64)
+    moving = registry.jet_sum(moving_kinds).warp(wp.float64)
+
+    @wp.func
+    def still(p: wp.vec3d, stages: Stages, stage: int):
+        _f, x, y, z, xx, yy, zz, xy, xz, yz = fixed(
+            p[0], p[1], p[2], stages.rows, stages.kinds, 0, stages.kinds.shape[0]
+        )
+        return wp.vec3d(x, y, z), wp.mat33d(xx, xy, xz, xy, yy, yz, xz, yz, zz)
+
+    @wp.func
+    def changing(p: wp.vec3d, stages: Stages, stage: int):
+        first = stage * stages.moving
+        _f, x, y, z, xx, yy, zz, xy, xz, yz = moving(
+            p[0], p[1], p[2], stages.moving_rows, stages.moving_kinds, first, stages.moving
+        )
+        return wp.vec3d(x, y, z), wp.mat33d(xx, xy, xz, xy, yy, yz, xz, yz, zz)
+
+    return _of_both(kinds_used, still, changing)
+
+
+def _of_both(kinds_used, still, changing):
+    """The sum of two Warp functions of (point, stages, stage) with two results, or the one that has elements."""
+    fixed_kinds, moving_kinds = kinds_used
+
+    @wp.func
+    def both(p: wp.vec3d, stages: Stages, stage: int):
+        one, other = still(p, stages, stage)
+        one_moving, other_moving = changing(p, stages, stage)
+        return one + one_moving, other + other_moving
+
+    if not moving_kinds:
+        return still
+    return both if fixed_kinds else changing
+
+
+@functools.cache
+def _field_kernel(kinds_used):
+    field = field_at(kinds_used)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def evaluate(
+        start: int,
+        points: wp.array(dtype=wp.vec3d),
+        stages: Stages,
+        value: wp.array(dtype=wp.float64),
+        gradient: wp.array(dtype=wp.vec3d),
+    ):
+        i = start + wp.tid()
+        f, g = field(points[i], stages, 0)
+        value[i] = f
+        gradient[i] = g
+
+    return evaluate
+
+
+def field_of_elements(elements, points) -> tuple[np.ndarray, np.ndarray]:
+    """F (N,) and its gradient (N, 3) of packed elements at `points` (N, 3), in the elements' frame, on the host."""
+    stages = Stages()
+    stages.rows = wp.array(elements.rows, dtype=wp.float64, device="cpu")
+    stages.kinds = wp.array(elements.kinds, dtype=wp.int32, device="cpu")
+    points = wp.array(points, dtype=wp.vec3d, device="cpu")
+    value = wp.empty(len(points), dtype=wp.float64, device="cpu")
+    gradient = wp.empty(len(points), dtype=wp.vec3d, device="cpu")
+    kernel = _field_kernel((elements.kinds_used, ()))
+    launch(kernel, len(points), [points, stages], [value, gradient], device="cpu")
+    return value.numpy(), gradient.numpy()
+
+
+def field_and_gradient(sources: Sources, stages: Stages, points, *, threads=None):
+    """Warp arrays F (N,) and gradient (N,) at `points` (N,) of vec3d, at the first stage."""
+    value = wp.empty(len(points), dtype=wp.float64, device=points.device)
+    gradient = wp.empty(len(points), dtype=wp.vec3d, device=points.device)
+    launch(
+        _field_kernel(sources.kinds_used),
+        len(points),
+        [points, stages],
+        [value, gradient],
+        device=points.device,
+        threads=threads,
+    )
+    return value, gradient

@@ -1,0 +1,119 @@
+"""Margins: a safe distance to the surface, and how fast it shrinks.
+
+A surface element's row gets one more column, REACH: where a point is farther from every primitive than its reach, the
+sum of all elements cannot come to 1. The least of distance minus reach over the elements, the *margin*, is therefore a
+safe distance to the surface F = 1.
+"""
+
+import functools
+import math
+
+import numpy as np
+import warp as wp
+
+from fieldsim.errors import InputError
+from fieldsim.portable import Indices, Portable, Table, hole, portable, real
+from fieldsim.potentials import registry
+from fieldsim.potentials.bounds.reach import reach
+from fieldsim.potentials.kernels import COMPACT
+from fieldsim.potentials.row import ANGLE, DIRECTIONS, POSITIONS, SIZE
+from fieldsim.sources.rows import REACH
+from fieldsim.sources.stages import Stages
+
+
+def with_reach(rows, kinds, total: int):
+    """Rows (..., elements, WIDTH) with the column REACH added, for a world of `total` surface elements.
+
+    The reach is where an element's field cannot be more than 1 / total.
+    """
+    refuse_compact(formula.kernel for formula in registry.FORMULAS.values() if (kinds == formula.kind).any())
+    return np.concatenate([rows, reach(rows, kinds, 1.0 / max(total, 1))[..., None]], axis=-1)
+
+
+def refuse_compact(kernels):
+    """Raise InputError for kernels whose field is 0 at the centre of a sphere that touches the surface."""
+    for kernel in kernels:
+        if kernel in COMPACT:
+            raise InputError(
+                f"no contact is known for a surface of {kernel.__name__}: its field ends too near to the surface; "
+                "give the particles contact=None, or the body a surface of another kernel such as fs.Gaussian"
+            )
+
+
+def _that_are(kinds, trait):
+    """Which elements' primitives have the trait, (elements,)."""
+    wanted = [formula.kind for formula in registry.FORMULAS.values() if getattr(formula.primitive, trait)]
+    return np.isin(kinds, wanted)
+
+
+def sweeps(rows, kinds):
+    """Bound of any surface's approach between one stage and the next, (stages,); 0 for the last.
+
+    rows: (stages, elements, WIDTH + 1). A bound for every point of the primitive, plus the growth of its reach.
+    """
+    step = np.diff(rows, axis=0)
+    points = np.linalg.norm(step[..., POSITIONS].reshape(*step.shape[:2], 3, 3), axis=-1).max(axis=-1)
+    turns = np.linalg.norm(step[..., DIRECTIONS].reshape(*step.shape[:2], 2, 3), axis=-1)
+    if (turns[:, _that_are(kinds, "endless"), 1] > 1e-12).any():
+        raise InputError("contact with a Plane that turns is not known; move it without turning, or use a rectangle")
+    # A point of an arc is centre + size (cos u + sin (n x u)): |change of n x u| <= |change of n| + |change of u|.
+    bend = rows[1:, :, SIZE] * (2.0 * turns[..., 0] + turns[..., 1] + np.abs(step[..., ANGLE]))
+    bend += np.abs(step[..., SIZE])
+    bend = np.where(_that_are(kinds, "round"), bend, 0.0)
+    moved = points + bend + np.maximum(step[..., REACH], 0.0)
+    return np.append(moved.max(axis=1, initial=0.0), 0.0)
+
+
+distance = hole("x, y, z, rows, kinds, i")
+
+
+@portable
+def _least(x: real, y: real, z: real, rows: Table, kinds: Indices, first: int, count: int):
+    least = real(math.inf)
+    for i in range(first, first + count):
+        least = min(least, distance(x, y, z, rows, kinds, i) - rows[i, REACH])
+    return least
+
+
+def margin_of(kinds) -> Portable:
+    """Portable (x, y, z, rows, kinds, first, count) -> least of distance - reach over the rows."""
+    primitives = {formula.kind: formula.primitive for formula in registry.FORMULAS.values()}
+    # Without elements the loop is empty, but needs some function to compile.
+    distances = {kind: primitives[kind].distance for kind in kinds or (min(primitives),)}
+    return _least.bind(distance=registry.by_kind(distances))
+
+
+@functools.cache
+def margin_at(kinds_used):
+    """Warp function (point, surfaces, stage) -> a distance to the surface that is safe from `stage` to the next."""
+    fixed_kinds, moving_kinds = kinds_used
+    fixed = margin_of(fixed_kinds).warp(wp.float64)
+    moving = margin_of(moving_kinds).warp(wp.float64)
+
+    @wp.func
+    def still(p: wp.vec3d, surfaces: Stages, stage: int):
+        return fixed(p[0], p[1], p[2], surfaces.rows, surfaces.kinds, 0, surfaces.kinds.shape[0])
+
+    @wp.func
+    def both(p: wp.vec3d, surfaces: Stages, stage: int):
+        first = stage * surfaces.moving
+        two = 2 * surfaces.moving
+        near = moving(p[0], p[1], p[2], surfaces.moving_rows, surfaces.moving_kinds, first, two)
+        return wp.min(near, still(p, surfaces, stage))
+
+    return both if moving_kinds else still
+
+
+@functools.cache
+def sweep_at(kinds_used):
+    """Warp function (surfaces, stage) -> bound of any surface's approach from `stage` to the next."""
+
+    @wp.func
+    def still(surfaces: Stages, stage: int):
+        return wp.float64(0.0)
+
+    @wp.func
+    def changing(surfaces: Stages, stage: int):
+        return surfaces.sweep[stage]
+
+    return changing if kinds_used[1] else still

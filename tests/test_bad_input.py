@@ -534,7 +534,6 @@ CALLS = {
         name="balls",
     ),
     "ShapeGroup.poses_at": _call(lambda: _group().poses_at, time=0.0),
-    "ShapeGroup.solids": _call(lambda: _group().solids, time=0.0),
     "Simulation": _call(lambda: fs.Simulation, world=_world(), integrator=fs.Leapfrog(0.1), time=0.0, **DEVICE, log=4),
     "Simulation.advance": _call(lambda: _simulation().advance, until=0.01),
     "Simulation.census": _call(lambda: _simulation().census),

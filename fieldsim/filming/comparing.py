@@ -124,7 +124,8 @@ def _compared(snapshot, camera, solvers, size, device, *, pictures):
     solvers = tuple(solvers)
     if len(solvers) != 2:
         raise InputError(f"compare: solvers are {solvers}; give two, such as 'hermite' and 'referee'")
-    if not snapshot.surface.materials:
+    materials = [body.surface.at(snapshot.time) for body in snapshot.world.bodies if body.surface is not None]
+    if not materials:
         raise InputError("compare: no body has a surface; give one a surface=fs.Material()")
     renderers = [Renderer(size, device=device, solver=name) for name in solvers]
     depths, seconds = [], []
@@ -134,7 +135,7 @@ def _compared(snapshot, camera, solvers, size, device, *, pictures):
         start = perf_counter()
         depths.append(renderer.depth_and_normals(snapshot, camera)[0])
         seconds.append(perf_counter() - start)
-    radius = min(material.radius for material in snapshot.surface.materials)
+    radius = min(material.radius for material in materials)
     first, second = renderers
     drawn = (first.frame(snapshot, camera), second.frame(snapshot, camera)) if pictures else None
     return Comparison(solvers, tuple(depths), tuple(seconds), radius, drawn)

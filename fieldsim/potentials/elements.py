@@ -34,6 +34,10 @@ class Elements:
         _quiet(rows)
         return dataclasses.replace(self, rows=rows)
 
+    def placed(self, rotation: np.ndarray, position) -> "Elements":
+        """The elements moved from the body's frame to the world's: x -> rotation x + position, for all of them."""
+        return dataclasses.replace(self, rows=place(self.rows, rotation, np.array(position)))
+
     def grouped(self) -> tuple["Elements", np.ndarray]:
         """The elements sorted by formula, and the permutation that sorts them."""
         by = np.argsort(self.kinds, kind="stable")

@@ -116,10 +116,8 @@ def _scene(bounded, surface, eye, unit, tolerance, device) -> Scene:
     scene.order = wp.array(bounded.order, dtype=int, device=device)
     scene.exact = wp.array(bounded.rows, dtype=wp.float64, ndim=2, device=device)
     scene.tolerance = tolerance
-    scene.optics = wp.array(
-        np.array([m.optics for m in surface.materials]).reshape(-1, 4), dtype=wp.vec4, device=device
-    )
-    masks = np.array([m.mask for m in surface.materials], dtype=np.int32)
+    scene.optics = wp.array(table.optics(surface.materials), dtype=wp.vec4, device=device)
+    masks = np.array([table.rays_that_meet(m) for m in surface.materials], dtype=np.int32)
     scene.visible = wp.array(masks[surface.owner], dtype=int, device=device)
     scene.owner = wp.array(surface.owner, dtype=int, device=device)
     scene.materials, scene.texels = table.table(surface.materials, device)

@@ -16,6 +16,8 @@ import warp as wp
 
 from fieldsim.errors import InputError
 from fieldsim.render.scene.hits import BALLS, SOLIDS, Hits, exact_depth
+from fieldsim.render.solids.packing import solids_of
+from fieldsim.sources.elements import surface_of
 
 LAYERS = ("depth", "normal", "weights", "steps")
 NOTHING, BODY, PARTICLE, SHAPE = range(4)
@@ -64,9 +66,9 @@ def _owners(raw, bodies, snapshot):
     """(thing, owner) of the numbers that hits carry; hard pieces of a skeleton count as their bodies."""
     thing = np.select([raw < 0, raw < int(BALLS), raw < int(SOLIDS)], [NOTHING, BODY, PARTICLE], SHAPE)
     owner = np.select([raw < 0, raw < int(BALLS), raw < int(SOLIDS)], [-1, raw, raw - int(BALLS)], raw - int(SOLIDS))
-    pieces = (thing == SHAPE) & (owner >= len(snapshot.shapes))
+    pieces = (thing == SHAPE) & (owner >= len(solids_of(snapshot)))
     if pieces.any():
-        owner[pieces] = snapshot.surface.owner[owner[pieces] - len(snapshot.shapes)]
+        owner[pieces] = surface_of(snapshot).owner[owner[pieces] - len(solids_of(snapshot))]
         thing[pieces] = BODY
     where = thing == BODY
     owner[where] = bodies[owner[where]]

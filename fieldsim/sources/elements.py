@@ -4,17 +4,51 @@ Bodies that neither move nor deform share one table of rows for all times; the r
 every moment asked for, on the host. All rows are in the world's frame, so kernels know nothing of bodies and poses.
 """
 
+import dataclasses
+import weakref
+
 import numpy as np
 
 from fieldsim.errors import InputError
 from fieldsim.potentials.elements import Elements, concatenate, place
 from fieldsim.potentials.row import ROW_WIDTH
 from fieldsim.sources.poses import body_poses
+from fieldsim.world.body import Body
+from fieldsim.world.material import Material
+from fieldsim.world.motion import Pose
+from fieldsim.world.snapshot import Snapshot
+from fieldsim.world.world import World
 
-ROLES = {
-    "gravity": lambda body, time: body.gravity_elements(time),
-    "surface": lambda body, time: body.surface_elements(time),
-}
+
+def elements_of(body: Body, role: str, time: float) -> Elements:
+    """A body's elements in one role, "gravity" or "surface", in its own frame; none where it has none."""
+    return body.gravity_elements(time) if role == "gravity" else body.surface_elements(time)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Acting:
+    """What of a world acts in one role, whatever the time.
+
+    fixed: the elements of the bodies that stay as they are, in the world's frame, grouped by formula. changing: the
+    other bodies, each with its index in the world.
+    """
+
+    fixed: Elements
+    changing: tuple[tuple[int, Body], ...]
+
+
+_ACTING: weakref.WeakKeyDictionary[World, dict[str, Acting]] = weakref.WeakKeyDictionary()
+
+
+def acting(world: World, role: str) -> Acting:
+    """What of a world acts in one role. Made once for a world's frozen value, and kept as long as that lives."""
+    known = _ACTING.setdefault(world.frozen(), {})
+    if role not in known:
+        still = [body for body in world.bodies if not (body.moving or body.deforming)]
+        placed = [elements_of(body, role, 0.0).placed(body.motion.matrix, body.motion.position) for body in still]
+        changing = tuple((k, body) for k, body in enumerate(world.bodies) if body.moving or body.deforming)
+        known[role] = Acting(concatenate(placed).grouped()[0], changing)
+    return known[role]
 
 
 class Sources:
@@ -24,20 +58,15 @@ class Sources:
     default where they start. prescribed: leave the free bodies out.
     """
 
-    def __init__(self, world, role: str, time: float, free=None, *, prescribed: bool = False):
-        self._elements = ROLES[role]
-        self._free = free
-        bodies = [(index, body) for index, body in enumerate(world.bodies) if not (prescribed and body.free)]
-        self._changing = [
-            (index, body)
-            for index, body in bodies
-            if (body.moving or body.deforming) and len(self._elements(body, time))
-        ]
-        still = [body for _, body in bodies if not (body.moving or body.deforming)]
-        self.fixed = concatenate(self._placed(body, time) for body in still).grouped()[0]
-        shapes = [self._elements(body, time) for _, body in self._changing]
-        self.moving_kinds = concatenate(shapes).kinds
-        self._shapes = shapes
+    def __init__(self, world: World, role: str, time: float, free=None, *, prescribed: bool = False):
+        self._role, self._free = role, free
+        known = acting(world, role)
+        self.fixed = known.fixed
+        changing = [(k, body) for k, body in known.changing if not (prescribed and body.free)]
+        shapes = [elements_of(body, role, time) for _, body in changing]
+        self._changing = [one for one, shape in zip(changing, shapes, strict=True) if len(shape)]
+        self._shapes = [shape for shape in shapes if len(shape)]
+        self.moving_kinds = concatenate(self._shapes).kinds
 
     @property
     def kinds_used(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
@@ -55,7 +84,7 @@ class Sources:
     def rows_at(self, times: np.ndarray) -> np.ndarray:
         """Rows of the changing elements, (stages, elements, WIDTH)."""
         parts = [
-            _rows_of(index, body, shape, self._elements, times, self.poses_of)
+            _rows_of(index, body, shape, self._role, times, self.poses_of)
             for (index, body), shape in zip(self._changing, self._shapes, strict=True)
         ]
         return np.concatenate(parts, axis=1) if parts else np.zeros((len(times), 0, ROW_WIDTH))
@@ -73,17 +102,12 @@ class Sources:
             positions.append(np.repeat(moved[:, None], len(shape), axis=1))
         return np.concatenate(rotations, axis=1), np.concatenate(positions, axis=1)
 
-    def _placed(self, body, time):
-        local = self._elements(body, time)
-        pose = body.pose_at(time)
-        return Elements(place(local.rows, pose.matrix, np.array(pose.position)), local.kinds, local.order)
 
-
-def _rows_of(index, body, shape, elements, times, poses_of):
+def _rows_of(index, body, shape, role, times, poses_of):
     """Rows (stages, elements, WIDTH) of one moving or deforming body."""
     try:
         if body.deforming:
-            local = np.stack([elements(body, time).rows for time in times])
+            local = np.stack([elements_of(body, role, time).rows for time in times])
         else:
             local = np.broadcast_to(shape.rows, (len(times), *shape.rows.shape))
         rotations, positions = poses_of(index, body, times)
@@ -91,3 +115,37 @@ def _rows_of(index, body, shape, elements, times, poses_of):
     except InputError as reason:
         name = f" ({body.name})" if body.name else ""
         raise InputError(f"Body {index}{name}, between times {min(times):g} and {max(times):g}: {reason}") from None
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Surface:
+    """Surface elements in the world's frame, grouped by formula; owner: each one's material and pose, (N,)."""
+
+    elements: Elements
+    owner: np.ndarray
+    materials: tuple[Material, ...]
+    poses: tuple[Pose, ...]
+
+
+_SURFACES: weakref.WeakKeyDictionary[Snapshot, Surface] = weakref.WeakKeyDictionary()
+
+
+def surface_of(snapshot: Snapshot) -> Surface:
+    """All bodies' surfaces at a moment; the surface is where the sum of the elements is 1. Made once for a snapshot."""
+    if snapshot not in _SURFACES:
+        _SURFACES[snapshot] = _packed_surface(snapshot)
+    return _SURFACES[snapshot]
+
+
+def _packed_surface(snapshot):
+    pairs = zip(snapshot.world.bodies, snapshot.poses, strict=True)
+    seen = [(body, pose) for body, pose in pairs if body.surface is not None]
+    parts = [elements_of(body, "surface", snapshot.time) for body, _ in seen]
+    owners = np.repeat(np.arange(len(parts), dtype=np.int32), np.array([len(part) for part in parts], dtype=int))
+    placed = [
+        part if pose.is_identity else part.placed(pose.matrix, pose.position)
+        for part, (_, pose) in zip(parts, seen, strict=True)
+    ]
+    grouped, order = concatenate(placed).grouped()
+    materials = tuple(body.surface.at(snapshot.time) for body, _ in seen)
+    return Surface(grouped, owners[order], materials, tuple(pose for _, pose in seen))

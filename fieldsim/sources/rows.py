@@ -1,4 +1,4 @@
-"""Rows of surface elements as contact needs them.
+"""Rows of surface elements, with their reach and their twist.
 
 They have the columns of elements (see `potentials.row`) and then these:
 

@@ -130,21 +130,6 @@ class Material:
         return self.color.rgb if isinstance(self.color, Texture) else color_rgb("Material", self.color)
 
     @property
-    def optics(self) -> tuple[float, float, float, float]:
-        """Reflection, transmission, index of refraction, 0."""
-        return self.reflection, self.transmission, self.ior, 0.0
-
-    @property
-    def mask(self) -> int:
-        """The bits of `visible_to`: 1 << k for RAYS[k]."""
-        return sum(1 << RAYS.index(ray) for ray in self.visible_to)
-
-    @property
-    def texture_row(self) -> tuple[float, ...]:
-        """See `Texture.row`; a kind of 0 for a plain colour."""
-        return self.color.row if isinstance(self.color, Texture) else (0.0,) * 7
-
-    @property
     def surface_kernel(self) -> Kernel:
         """The kernel of the surface field."""
         if isinstance(self.kernel, Kernel):

@@ -20,7 +20,7 @@ from fieldsim.world.color import color_rgb
 from fieldsim.world.material import Material
 from fieldsim.world.motion import IDENTITY, Pose, pose_at
 
-# What a row of `Solids.sizes` means, for each kind, in the shape's own frame.
+# What a row of `render.solids.packing.Solids.sizes` means, for each kind, in the shape's own frame.
 BALL = 0  # radius
 ELLIPSOID = 1  # semi-axes along x, y, z
 CYLINDER = 2  # radius, half length along z
@@ -301,60 +301,6 @@ def _unit(vector):
     return vector / np.linalg.norm(vector)
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class Solids:
-    """N hard shapes in one frame.
-
-    kinds (N,); origins (N, 3) and axes (N, 3, 3), in columns; sizes (N, SIZES): what each kind needs; checkers (N, 3):
-    linear rgb of the second colour; surfaces: the TriangleSurface, or None, of each; materials; owner (N,): the index
-    in `materials` of each; poses: of the body that each material is of, which its solid texture follows, None: each
-    shape carries its own.
-    """
-
-    kinds: np.ndarray
-    origins: np.ndarray
-    axes: np.ndarray
-    sizes: np.ndarray
-    checkers: np.ndarray
-    surfaces: tuple[TriangleSurface | None, ...]
-    materials: tuple[Material, ...]
-    owner: np.ndarray
-    poses: tuple[Pose | None, ...]
-
-    def __len__(self) -> int:
-        return len(self.kinds)
-
-    @property
-    def lengths(self) -> np.ndarray:
-        """A length of each that says how large it is, (N,); 1 for planes."""
-        return np.where(self.kinds == SLAB, 1.0, self.sizes[:, 0])
-
-    def placed(self, positions: np.ndarray, rotations: np.ndarray) -> "Solids":
-        """Moved by x -> rotations x + positions; positions (N, 3), rotations (N, 3, 3) (or what broadcasts)."""
-        origins = np.einsum("...ij,...j->...i", rotations, self.origins) + positions
-        return dataclasses.replace(self, origins=origins, axes=rotations @ self.axes)
-
-
-def joined(parts) -> Solids:
-    """Several `Solids` as one."""
-    parts = list(parts)
-    if not parts:
-        none = np.zeros(0, dtype=np.int32)
-        return Solids(
-            none, np.zeros((0, 3)), np.zeros((0, 3, 3)), np.zeros((0, SIZES)), np.zeros((0, 3)), (), (), none, ()
-        )
-    arrays = {n: np.concatenate([getattr(p, n) for p in parts]) for n in ("kinds", "origins", "axes", "sizes")}
-    firsts = np.cumsum([0] + [len(p.materials) for p in parts])
-    return Solids(
-        **arrays,
-        checkers=np.concatenate([p.checkers for p in parts]),
-        surfaces=sum((p.surfaces for p in parts), ()),
-        materials=sum((p.materials for p in parts), ()),
-        owner=np.concatenate([p.owner + first for p, first in zip(parts, firsts, strict=False)]).astype(np.int32),
-        poses=sum((p.poses for p in parts), ()),
-    )
-
-
 # How a group of shapes moves: as `Motion`, or a function of time that gives a pair of positions and rotations.
 Poses: typing.TypeAlias = tuple[ArrayLike, ArrayLike]
 GroupMotion: typing.TypeAlias = Pose | Poses | Callable[[float], Pose | VectorLike | Poses]
@@ -414,33 +360,6 @@ class ShapeGroup:
             return np.broadcast_to(pose.position, (count, 3)), np.broadcast_to(pose.matrix, (count, 3, 3))
 
         return validate.at_time("World.add_shape", poses, {"motion": self.motion}, time)
-
-    def solids(self, time: RealLike) -> Solids:
-        """The shapes in their own frames, with their materials at `time`."""
-        time = validate.number("ShapeGroup", "time", time)
-        return dataclasses.replace(self._fixed, materials=tuple(material.at(time) for material in self.materials))
-
-    @functools.cached_property
-    def _fixed(self):
-        count = len(self.shapes)
-        frames = [shape.frame for shape in self.shapes]
-        sizes = np.zeros((count, SIZES))
-        checkers = np.zeros((count, 3))
-        for index, shape in enumerate(self.shapes):
-            sizes[index, : len(shape.sizes)] = shape.sizes
-            if isinstance(shape, Ground) and shape.checker is not None:
-                checkers[index] = color_rgb("Ground", shape.checker)
-        return Solids(
-            np.array([shape.kind for shape in self.shapes], dtype=np.int32),
-            np.array([origin for origin, _ in frames]).reshape(-1, 3),
-            np.array([axes for _, axes in frames]).reshape(-1, 3, 3),
-            sizes,
-            checkers,
-            tuple(shape if isinstance(shape, TriangleSurface) else None for shape in self.shapes),
-            self.materials,
-            np.arange(count, dtype=np.int32) % len(self.materials),
-            (None,) * len(self.materials),
-        )
 
 
 def checked_poses(owner: str, name: str, pair, count: int) -> tuple[np.ndarray, np.ndarray]:

@@ -9,13 +9,11 @@ import numpy as np
 from fieldsim import validate
 from fieldsim.arrays import kept, read_only
 from fieldsim.errors import InputError
-from fieldsim.potentials.elements import Elements, concatenate, place
 from fieldsim.potentials.field import Field
 from fieldsim.potentials.meshes.mesh import TriangleMesh
 from fieldsim.world.color import color_rgb
-from fieldsim.world.material import Material
 from fieldsim.world.motion import Pose
-from fieldsim.world.shapes import Solids, checked_poses, joined
+from fieldsim.world.shapes import checked_poses
 
 if typing.TYPE_CHECKING:
     from fieldsim.world.world import World
@@ -82,46 +80,20 @@ class Snapshot:
         pose, count = self.poses[index], len(validate.numbers(owner, "times", times, shape=(None,)))
         return np.broadcast_to(pose.matrix, (count, 3, 3)), np.broadcast_to(pose.position, (count, 3))
 
-    @functools.cached_property
-    def surface(self) -> "Surface":
-        """All bodies' surface elements in the world's frame; the surface is where their sum is 1."""
-        parts, owners, materials, poses = [], [], [], []
-        for body, pose in zip(self.world.bodies, self.poses, strict=True):
-            if body.surface is None:
-                continue
-            local = body.surface_elements(self.time)
-            rows = local.rows if pose.is_identity else place(local.rows, pose.matrix, np.array(pose.position))
-            parts.append(dataclasses.replace(local, rows=rows))
-            owners.append(np.full(len(local), len(materials), dtype=np.int32))
-            materials.append(body.surface.at(self.time))
-            poses.append(pose)
-        grouped, order = concatenate(parts).grouped()
-        owner = np.concatenate(owners)[order] if owners else np.zeros(0, dtype=np.int32)
-        return Surface(grouped, owner, tuple(materials), tuple(poses))
-
     def surface_field(self) -> Field:
         """The field whose level 1 is the surface of all bodies together, in the world's frame."""
-        elements = self.surface.elements
-        if not len(elements):
+        parts = [
+            body.surface_elements(self.time).placed(pose.matrix, pose.position)
+            for body, pose in zip(self.world.bodies, self.poses, strict=True)
+            if body.surface is not None
+        ]
+        if not parts:
             raise InputError("Snapshot: no body of the world has a surface; give one a fs.Material")
-        return Field.of_elements(elements)
+        return Field.of_terms((), parts)
 
     def surface_mesh(self, *, resolution: int | None = None, tolerance: float | None = None) -> TriangleMesh:
         """The surface of all bodies together as a closed `TriangleMesh`; see `Field.mesh`."""
         return self.surface_field().mesh(1.0, resolution=resolution, tolerance=tolerance)
-
-    @functools.cached_property
-    def shapes(self) -> Solids:
-        """All hard shapes in the world's frame."""
-        groups = self.world.shapes
-        if self.shape_poses is None:
-            poses = [group.poses_at(self.time) for group in groups]
-        else:
-            poses = [
-                checked_poses("Snapshot", f"shape_poses[{index}]", pair, len(group.shapes))
-                for index, (group, pair) in enumerate(zip(groups, self.shape_poses, strict=True))
-            ]
-        return joined(group.solids(self.time).placed(*pose) for group, pose in zip(groups, poses, strict=True))
 
     @functools.cached_property
     def spheres(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -140,13 +112,3 @@ def _pair(name, value, remedy):
     if len(arrays) != 2:
         raise InputError(f"Snapshot: {name} has {len(arrays)} parts; {remedy}")
     return tuple(kept(validate.numbers("Snapshot", f"{name}[{k}]", array)) for k, array in enumerate(arrays))
-
-
-@dataclasses.dataclass(frozen=True)
-class Surface:
-    """Surface elements in the world's frame, grouped by cell; owner: each one's material and pose, (N,)."""
-
-    elements: Elements
-    owner: np.ndarray
-    materials: tuple[Material, ...]
-    poses: tuple[Pose, ...]

@@ -29,11 +29,6 @@ class Texture:
         """One linear colour that stands for it."""
         raise NotImplementedError
 
-    @property
-    def row(self) -> tuple[float, ...]:
-        """7 numbers: its kind, then what the renderer needs for it (see `render.materials`)."""
-        raise NotImplementedError
-
 
 @dataclasses.dataclass(frozen=True)
 class SolidTexture(Texture):
@@ -61,17 +56,6 @@ class SolidTexture(Texture):
     def rgb(self) -> Vector:
         """Its first colour."""
         return color_rgb(type(self).__name__, self.color)
-
-    @property
-    def row(self) -> tuple[float, ...]:
-        """Kind, linear rgb of `other`, scale, turbulence, seed."""
-        return (
-            float(self.kind),
-            *color_rgb(type(self).__name__, self.other),
-            self.scale,
-            getattr(self, "turbulence", 0.0),
-            float(getattr(self, "seed", 0) % 65536),
-        )
 
 
 @dataclasses.dataclass(frozen=True)
@@ -198,9 +182,3 @@ class ImageTexture(Texture):
     def rgb(self) -> Vector:
         """Its mean colour."""
         return self.pixels.mean
-
-    @property
-    def row(self) -> tuple[float, ...]:
-        """Kind; number of its first texel, which is known when it is on a device; width, height, repeat."""
-        height, width = self.pixels.linear.shape[:2]
-        return float(self.kind), 0.0, float(width), float(height), *self.repeat, 0.0

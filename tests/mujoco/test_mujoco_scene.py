@@ -12,6 +12,8 @@ from fieldsim.mujoco.models import model_of
 from fieldsim.mujoco.scene.geoms import material_of
 from fieldsim.mujoco.scene.skins import medial
 from fieldsim.numerics import quaternion
+from fieldsim.render.solids.packing import solids_of
+from fieldsim.sources.elements import surface_of
 
 # Geoms
 
@@ -73,9 +75,10 @@ def test_what_the_world_holds_stays_in_the_picture():
     model, data = posed(ALL_KINDS)
     data.time = 0.5
     snapshot = fs.mujoco.Scene(world, model).snapshot(data)
-    assert len(snapshot.shapes) == 2 + 7
-    np.testing.assert_allclose(snapshot.shapes.axes[0], world.at(0.5).shapes.axes[0])
-    assert len(snapshot.surface.materials) == len(snapshot.spheres[1]) == 1
+    solids = solids_of(snapshot)
+    assert len(solids) == 2 + 7
+    np.testing.assert_allclose(solids.axes[0], solids_of(world.at(0.5)).axes[0])
+    assert len(surface_of(snapshot).materials) == len(snapshot.spheres[1]) == 1
     assert len(world.shapes) == 1  # the world itself is left as it was
 
 
@@ -256,7 +259,7 @@ def test_skins_follow_their_bodies():
     scene = fs.mujoco.Scene(fs.World(), model, skins=skin)
     snapshot = scene.snapshot(data)
     assert not scene.geoms
-    field = fs.Field.of_elements(snapshot.surface.elements)
+    field = snapshot.surface_field()
     for geom in range(model.ngeom):
         # The axis of every geom is well within the skin, up to its ends; and far from all of them there is nothing.
         along = model.geom_size[geom, 1] * data.geom_xmat[geom].reshape(3, 3)[:, 2]

@@ -212,7 +212,7 @@ def test_columns_have_names(path):
     assert not list(literal_columns(path.read_text(encoding="utf-8")))
 
 
-@pytest.mark.parametrize("path", ["dynamics/contact/rows.py", "mujoco/contact/rows.py", "mujoco/callback/rows.py"])
+@pytest.mark.parametrize("path", ["sources/rows.py", "mujoco/contact/rows.py", "mujoco/callback/rows.py"])
 def test_tables_of_other_rows_are_their_layouts(path):
     module = importlib.import_module("fieldsim." + path.removesuffix(".py").replace("/", "."))
     layouts = [value for value in vars(module).values() if isinstance(value, Layout) and value is not ROW]

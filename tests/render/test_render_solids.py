@@ -21,6 +21,7 @@ from fieldsim.potentials.skeletons.shapes import box as box_triangles
 from fieldsim.render.camera import Camera
 from fieldsim.render.renderer import Renderer
 from fieldsim.render.solids import skeleton
+from fieldsim.render.solids.packing import solids_of
 from fieldsim.world.body import Body
 from fieldsim.world.light import DirectionalLight, PointLight
 from fieldsim.world.material import Material
@@ -290,7 +291,7 @@ def test_motions_move_shapes_together():
     world = World()
     world.add_shape([Ball((0.5, 0, 0), 0.2), Ball((-0.5, 0, 0), 0.1)], motion=Spin((0, 0, 1), np.pi))
     world.add_shape(Ball(radius=0.05), motion=Keyframes([0, 1], [(0, 0, 0), (0, 0, 1)]))
-    placed = world.at(0.5).shapes
+    placed = solids_of(world.at(0.5))
     np.testing.assert_allclose(placed.origins, [(0, 0.5, 0), (0, -0.5, 0), (0, 0, 0.5)], atol=1e-12)
     assert placed.lengths.tolist() == [0.2, 0.1, 0.05]
 

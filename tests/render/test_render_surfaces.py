@@ -7,6 +7,7 @@ import fieldsim as fs
 from fieldsim.potentials import registry
 from fieldsim.potentials.registry import FORMULAS
 from fieldsim.render.scene import bounds
+from fieldsim.sources.elements import surface_of
 
 RADIUS = 0.22
 CAMERA = fs.Camera((2.6, -1.9, 1.4), fov=36)
@@ -53,7 +54,7 @@ class Truth:
     """The field of a world's surface along rays, as plain Python in float64: no kernels to compile, and few rays."""
 
     def __init__(self, world, camera, size):
-        elements = world.at(0.0).surface.elements
+        elements = surface_of(world.at(0.0)).elements
         self.rows, self.kinds = elements.rows, elements.kinds
         self.total = registry.field_sum(elements.kinds_used)
         self.eye, self.d = np.array(camera.eye), rays(camera, size)

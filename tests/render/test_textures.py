@@ -6,6 +6,7 @@ import warp as wp
 
 from fieldsim.errors import InputError
 from fieldsim.launch import launch
+from fieldsim.render.materials.table import KIND, rows_of
 from fieldsim.render.materials.textures import blend_at
 from fieldsim.world.color import color_rgb
 from fieldsim.world.material import Material
@@ -26,7 +27,7 @@ def _blend(
 
 
 def shares(texture, points):
-    kind, *_, turbulence, seed = texture.row
+    kind, *_, turbulence, seed = rows_of([Material(texture)])[0, KIND:]
     points = wp.array(np.asarray(points, dtype=np.float32), dtype=wp.vec3, device="cpu")
     found = wp.full(len(points), np.nan, dtype=float, device="cpu")
     launch(_blend, len(points), [int(kind), turbulence, int(seed), points], [found], device="cpu")
@@ -70,7 +71,8 @@ def test_noise_is_smooth_bounded_and_of_its_seed(texture):
 
 
 def test_rows_hold_the_other_colour():
-    assert Wood("sand", "clay", 0.1, 0.5, 7).row == (4.0, *color_rgb("Wood", "clay"), 0.1, 0.5, 7.0)
+    row = rows_of([Material(Wood("sand", "clay", 0.1, 0.5, 7))])[0, KIND:]
+    assert tuple(row) == (4.0, *color_rgb("Wood", "clay"), 0.1, 0.5, 7.0)
 
 
 @pytest.mark.parametrize(

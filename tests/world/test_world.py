@@ -248,7 +248,7 @@ def test_placed_surface_equals_the_body_frame_field():
     body = world.add_body(Body(skeleton, surface=Material(), motion=pose))
     local = np.array([0.4, 0.2, 0.3])
     inside = field_at(body.surface_elements(0.0), local)
-    outside = field_at(world.at(0.0).surface.elements, pose.matrix @ local + pose.position)
+    outside = field_at(world.at(0.0).surface_field().elements, pose.matrix @ local + pose.position)
     assert outside[0] == pytest.approx(inside[0], rel=1e-13)
     np.testing.assert_allclose(outside[1:], pose.matrix @ inside[1:], rtol=1e-12)
 

@@ -12,7 +12,7 @@ from fieldsim.dynamics.rigid.inertia import NOTHING, mass_properties, once_for_e
 from fieldsim.dynamics.rigid.mass_points import enough, mass_points
 from fieldsim.errors import InputError
 from fieldsim.numerics import quaternion
-from fieldsim.potentials.elements import Elements, concatenate, place
+from fieldsim.potentials.elements import Elements, concatenate
 from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Newtonian
 from fieldsim.sources.margins import refuse_compact, with_reach
 from fieldsim.world.motion import Pose
@@ -91,7 +91,7 @@ class FreeBody:
 
     def _placed(self, elements):
         turn = self.frame.matrix.T
-        return dataclasses.replace(elements, rows=place(elements.rows, turn, -turn @ self.frame.position))
+        return elements.placed(turn, -turn @ self.frame.position)
 
     def mass_points(self) -> tuple[np.ndarray, np.ndarray]:
         """Mass points (n, 3) in the principal frame and their masses (n,)."""

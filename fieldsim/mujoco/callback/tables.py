@@ -12,7 +12,7 @@ from fieldsim.errors import InputError
 from fieldsim.mujoco.callback.field_callbacks import LENGTHS, sum_of
 from fieldsim.mujoco.callback.rows import AXIS, CENTER, MOTION, PHASE, RATE, SHIFT, SPINS, TURN
 from fieldsim.numerics import quaternion
-from fieldsim.potentials.elements import Elements, concatenate, place
+from fieldsim.potentials.elements import Elements, concatenate
 from fieldsim.potentials.field import Field
 from fieldsim.sources.margins import with_reach
 from fieldsim.world.body import Body
@@ -109,7 +109,7 @@ class _Part:
     def in_world(self, time):
         """Its elements in the world's frame, also of one that spins."""
         local, pose = self.elements(time), pose_at(self.motion, time)
-        return dataclasses.replace(local, rows=place(local.rows, pose.matrix, np.array(pose.position)))
+        return local.placed(pose.matrix, pose.position)
 
     def twist(self, time):
         """Angular velocity, and velocity of what is at the world's origin, (6,), by a central difference in time."""

@@ -1,13 +1,10 @@
 """How fast bodies can fall onto a planet, and which time step their hits need."""
 
-import dataclasses
-
 import mujoco
 import numpy as np
 
 from fieldsim.errors import InputError
 from fieldsim.mujoco.contact.geoms import Contact, body_balls, longest_step
-from fieldsim.potentials.elements import place
 from fieldsim.potentials.field import Field
 from fieldsim.world.motion import pose_at
 
@@ -58,12 +55,8 @@ def _gravity(world):
     for body in world.bodies:
         local, pose = body.gravity_elements(0.0), pose_at(body.motion, 0.0)
         if len(local):
-            parts.append(Field.of_elements(_placed(local, pose)))
+            parts.append(Field.of_elements(local.placed(pose.matrix, pose.position)))
     return sum(parts[1:], parts[0]) if parts else None
-
-
-def _placed(elements, pose):
-    return dataclasses.replace(elements, rows=place(elements.rows, pose.matrix, np.array(pose.position)))
 
 
 def _surface_points(world):

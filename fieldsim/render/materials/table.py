@@ -13,7 +13,9 @@ import numpy as np
 import warp as wp
 
 from fieldsim.render.materials.mipmaps import uploaded_pictures
-from fieldsim.world.texture import ImageTexture
+from fieldsim.world.color import color_rgb
+from fieldsim.world.material import RAYS, Material
+from fieldsim.world.texture import ImageTexture, SolidTexture, Texture
 
 RGB = wp.constant(0)
 FACTORS = wp.constant(3)
@@ -27,14 +29,40 @@ def table(materials, device) -> tuple[wp.array, wp.array]:
     """Rows (M, COLUMNS) of materials, and the texels of their pictures, on a device."""
     images = [m.color.pixels for m in materials if isinstance(m.color, ImageTexture)]
     texels, firsts = uploaded_pictures(images, device)
+    rows = rows_of(materials)
+    for row, m in zip(rows, materials, strict=True):
+        if isinstance(m.color, ImageTexture):
+            row[FIRST] = firsts[m.color.pixels]
+    return wp.array(rows, dtype=float, ndim=2, device=device), texels
+
+
+def rows_of(materials) -> np.ndarray:
+    """Rows (M, COLUMNS) of materials; the first texels of pictures, which are known on a device, are 0."""
     rows = np.zeros((len(materials), COLUMNS))
     for row, m in zip(rows, materials, strict=True):
         row[RGB : RGB + 3] = m.rgb
         row[FACTORS : FACTORS + 4] = m.ambient, m.diffuse, m.specular, m.shininess
-        row[KIND:] = m.texture_row
+        if isinstance(m.color, Texture):
+            row[KIND] = m.color.kind
+        if isinstance(m.color, SolidTexture):
+            row[OTHER : OTHER + 3] = color_rgb(type(m.color).__name__, m.color.other)
+            row[SCALE], row[TURBULENCE] = m.color.scale, getattr(m.color, "turbulence", 0.0)
+            row[SEED] = getattr(m.color, "seed", 0) % 65536
         if isinstance(m.color, ImageTexture):
-            row[FIRST] = firsts[m.color.pixels]
-    return wp.array(rows, dtype=float, ndim=2, device=device), texels
+            height, width = m.color.pixels.linear.shape[:2]
+            row[ACROSS], row[DOWN] = width, height
+            row[REPEAT : REPEAT + 2] = m.color.repeat
+    return rows
+
+
+def optics(materials) -> np.ndarray:
+    """Reflection, transmission, index of refraction and 0 of each material, (M, 4)."""
+    return np.array([(m.reflection, m.transmission, m.ior, 0.0) for m in materials]).reshape(-1, 4)
+
+
+def rays_that_meet(material: Material) -> int:
+    """The bits of `visible_to`: 1 << k for RAYS[k]."""
+    return sum(1 << RAYS.index(ray) for ray in material.visible_to)
 
 
 @wp.func

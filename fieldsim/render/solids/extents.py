@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from fieldsim.render.solids.packing import Solids
 from fieldsim.world import shapes
 
 
@@ -16,7 +17,7 @@ def smallest(kinds, sizes):
     return np.where(np.isfinite(least), least, 0.0)
 
 
-def boxes(solids: shapes.Solids, which, sizes) -> tuple[np.ndarray, np.ndarray]:
+def boxes(solids: Solids, which, sizes) -> tuple[np.ndarray, np.ndarray]:
     """Least and greatest coordinates (n, 3), in their own frames, of the shapes `which` with `sizes` (n, SIZES)."""
     kinds, s = solids.kinds[which], sizes[: len(which)]
     zero = np.zeros(len(which))

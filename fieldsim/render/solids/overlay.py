@@ -21,6 +21,7 @@ from fieldsim.render.scene.tables import FOREVER
 from fieldsim.render.scene.volumes import pierce_sphere
 from fieldsim.render.solids import intersection as geometry
 from fieldsim.render.solids.extents import boxes, smallest
+from fieldsim.render.solids.packing import Solids
 from fieldsim.render.solids.textures import checkered, on_shape
 from fieldsim.world import shapes
 
@@ -295,7 +296,7 @@ def _overlay(
 class SolidStage:
     """Hard shapes on a device, as seen from `eye`, in units of `unit`."""
 
-    def __init__(self, solids: shapes.Solids, eye, unit: float, device):
+    def __init__(self, solids: Solids, eye, unit: float, device):
         endless = (solids.kinds == shapes.SLAB) & (solids.sizes[:, 1] == 0.0)
         order = np.argsort(endless, kind="stable")
         self.device = device
@@ -347,9 +348,9 @@ class SolidStage:
         result.owner = wp.array(solids.owner[order], dtype=int, device=device)
         result.checker = wp.array(solids.checkers[order], dtype=wp.vec3, device=device)
         owner = solids.owner[order]
-        optics = np.array([m.optics for m in solids.materials])[owner]
-        result.optics = wp.array(optics, dtype=wp.vec4, device=device)
-        result.visible = wp.array([solids.materials[k].mask for k in owner], dtype=int, device=device)
+        result.optics = wp.array(table.optics(solids.materials)[owner], dtype=wp.vec4, device=device)
+        visible = [table.rays_that_meet(solids.materials[k]) for k in owner]
+        result.visible = wp.array(visible, dtype=int, device=device)
         result.materials, result.texels = table.table(solids.materials, device)
         result.bounded = self.bounded
         return result

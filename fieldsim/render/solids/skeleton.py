@@ -26,8 +26,9 @@ from fieldsim.potentials.row import (
     RADIUS,
     START,
 )
+from fieldsim.render.solids.packing import Solids, joined, solids_of
+from fieldsim.sources.elements import surface_of
 from fieldsim.world import shapes
-from fieldsim.world.shapes import Solids
 
 MODES = ("soft", "hard", "skeleton")
 # Half the width of a skeleton's lines, and the radius of its points, in pixels.
@@ -39,16 +40,16 @@ def drawn(snapshot, mode: str, eye: np.ndarray, pixel: float):
 
     eye (3,); pixel: angular size of a pixel, the unit of the width of a skeleton's lines.
     """
-    surface = snapshot.surface
+    surface = surface_of(snapshot)
     if mode == "soft" or not len(surface.elements):
-        return surface, snapshot.shapes
+        return surface, solids_of(snapshot)
     if mode == "hard":
         hard = offset_solids(surface, _radii(surface))
     else:
         hard = _lines(surface, eye, pixel)
     nothing = dataclasses.replace(surface, elements=concatenate([]), owner=surface.owner[:0])
     # The world's own shapes keep their numbers: they come first.
-    return nothing, shapes.joined([snapshot.shapes, hard])
+    return nothing, joined([solids_of(snapshot), hard])
 
 
 def offset_solids(surface, radius: np.ndarray) -> Solids:

@@ -16,8 +16,7 @@ from fieldsim.sources.poses import body_poses
 from fieldsim.world.body import Body
 from fieldsim.world.material import Material
 from fieldsim.world.motion import Pose
-from fieldsim.world.snapshot import Snapshot
-from fieldsim.world.world import World
+from fieldsim.world.snapshot import Snapshot, WorldValue
 
 
 def elements_of(body: Body, role: str, time: float) -> Elements:
@@ -37,10 +36,10 @@ class Acting:
     changing: tuple[tuple[int, Body], ...]
 
 
-_ACTING: weakref.WeakKeyDictionary[World, dict[str, Acting]] = weakref.WeakKeyDictionary()
+_ACTING: weakref.WeakKeyDictionary[WorldValue, dict[str, Acting]] = weakref.WeakKeyDictionary()
 
 
-def acting(world: World, role: str) -> Acting:
+def acting(world: WorldValue, role: str) -> Acting:
     """What of a world acts in one role. Made once for a world's frozen value, and kept as long as that lives."""
     known = _ACTING.setdefault(world.frozen(), {})
     if role not in known:
@@ -58,7 +57,7 @@ class Sources:
     default where they start. prescribed: leave the free bodies out.
     """
 
-    def __init__(self, world: World, role: str, time: float, free=None, *, prescribed: bool = False):
+    def __init__(self, world: WorldValue, role: str, time: float, free=None, *, prescribed: bool = False):
         self._role, self._free = role, free
         known = acting(world, role)
         self.fixed = known.fixed

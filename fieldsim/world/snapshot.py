@@ -11,12 +11,53 @@ from fieldsim.arrays import kept, read_only
 from fieldsim.errors import InputError
 from fieldsim.potentials.field import Field
 from fieldsim.potentials.meshes.mesh import TriangleMesh
+from fieldsim.world.body import Body
 from fieldsim.world.color import color_rgb
+from fieldsim.world.light import Background, Fog, Light
 from fieldsim.world.motion import Pose
-from fieldsim.world.shapes import checked_poses
+from fieldsim.world.particles import Particles
+from fieldsim.world.shapes import ShapeGroup, checked_poses
 
-if typing.TYPE_CHECKING:
-    from fieldsim.world.world import World
+
+class WorldValue(typing.Protocol):
+    """What a snapshot, and whoever computes, may ask of a world: a `World` without the steps that build one."""
+
+    @property
+    def bodies(self) -> tuple[Body, ...]:
+        """All bodies."""
+
+    @property
+    def particles(self) -> tuple[Particles, ...]:
+        """All sets of particles, as they start."""
+
+    @property
+    def shapes(self) -> tuple[ShapeGroup, ...]:
+        """All groups of hard shapes."""
+
+    @property
+    def lights(self) -> tuple[Light, ...]:
+        """All lights."""
+
+    @property
+    def background(self) -> Background:
+        """What is seen where nothing is."""
+
+    @property
+    def fog(self) -> Fog | None:
+        """The fog, or None."""
+
+    @property
+    def escape_radius(self) -> float | None:
+        """Where particles have escaped, or None."""
+
+    def at(self, time: float) -> "Snapshot":
+        """The world at `time`."""
+
+    def replace(self, **changes) -> typing.Self:
+        """A world of its own with changes."""
+
+    def frozen(self) -> typing.Self:
+        """The world as it is now, a value that refuses changes."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -29,7 +70,7 @@ class Snapshot:
     Raises InputError for what does not fit the world.
     """
 
-    world: "World"
+    world: WorldValue
     time: float
     poses: tuple[Pose, ...]
     positions: tuple[np.ndarray, ...]
@@ -37,7 +78,7 @@ class Snapshot:
     shape_poses: tuple[tuple[np.ndarray, np.ndarray], ...] | None = None
 
     def __post_init__(self):
-        world = validate.having("Snapshot", "world", self.world, ("frozen", "bodies", "particles"), "give a fs.World")
+        world = validate.having("Snapshot", "world", self.world, ("frozen", "replace", "bodies"), "give a fs.World")
         object.__setattr__(self, "world", world.frozen())
         object.__setattr__(self, "time", validate.number("Snapshot", "time", self.time))
         poses = validate.instances("Snapshot", "poses", self.poses, Pose, "give a fs.Pose for each body")

@@ -27,6 +27,13 @@ class World:
     copies either, with all that it has.
     """
 
+    bodies: tuple[Body, ...]
+    particles: tuple[Particles, ...]
+    shapes: tuple[ShapeGroup, ...]
+    lights: tuple[Light, ...]
+    background: Background
+    fog: Fog | None
+    escape_radius: float | None
     # Whether it stays as it is; its frozen value, where one was asked for since the last change.
     _fixed = False
     _value: "World | None" = None
@@ -39,10 +46,9 @@ class World:
         fog: Fog | None = None,
         escape_radius: float | None = None,
     ):
-        self.bodies: tuple[Body, ...] = ()
-        self.particles: tuple[Particles, ...] = ()
-        self.shapes: tuple[ShapeGroup, ...] = ()
-        self.lights, self.background, self.fog, self.escape_radius = lights, background, fog, escape_radius
+        given = {"lights": lights, "background": background, "fog": fog, "escape_radius": escape_radius}
+        for name, value in ({"bodies": (), "particles": (), "shapes": ()} | given).items():
+            setattr(self, name, value)
         _warn_of_darkness(self.lights)
 
     def __setattr__(self, name, value):

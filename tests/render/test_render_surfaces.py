@@ -128,7 +128,7 @@ def test_the_chart_is_covered():
 
 def test_what_cannot_be_drawn_is_refused():
     with pytest.raises(fs.InputError, match="infinite plane has no level"):
-        world_of((PRIMITIVES["plane"], material(fs.Newtonian))).at(0.0).surface  # noqa: B018
+        surface_of(world_of((PRIMITIVES["plane"], material(fs.Newtonian))).at(0.0))
     faces = fs.solid_faces(fs.mesh(fs.box((0, 0, 0), (1, 1, 1))))
     world = fs.World()
     world.add_body(fs.Body(faces, gravity=fs.Newtonian(), surface=fs.Material(level=1.0)))

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import fieldsim as fs
+from fieldsim.render.solids.packing import solids_of
 
 ORIGIN = (0, 0, 0)
 
@@ -52,7 +53,7 @@ PLACES = {
     "a colour": ("color", lambda f: fs.Material(color=f).at(0.5)),
     "a camera": ("Camera: fov", lambda f: fs.Camera((0, -5, 0), fov=f).at(0.5)),
     "an orbit": ("Camera.orbit: radius", lambda f: fs.Camera.orbit(radius=lambda t: f(t) if t else 5.0).at(0.5)),
-    "a shape": ("World.add_shape: motion", lambda f: _shape(f).at(0.5).shapes),
+    "a shape": ("World.add_shape: motion", lambda f: solids_of(_shape(f).at(0.5))),
 }
 
 

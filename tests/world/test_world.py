@@ -15,6 +15,7 @@ from fieldsim.potentials.primitives.plane import Plane
 from fieldsim.potentials.primitives.point import Point
 from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.potentials.primitives.triangle import Triangle
+from fieldsim.sources.elements import surface_of
 from fieldsim.world.body import Body
 from fieldsim.world.contact import Bounce
 from fieldsim.world.light import DirectionalLight, PointLight
@@ -258,7 +259,7 @@ def test_snapshot_groups_formulas_and_keeps_owners():
     world.add_body(Body([Segment(ORIGIN, (1, 0, 0)), Point(ORIGIN)], surface=Material(color="red")))
     world.add_body(Body(Point((5, 0, 0)), surface=Material(color="blue")))
     world.add_body(Body(Point((9, 0, 0)), gravity=Newtonian()))
-    surface = world.at(0.0).surface
+    surface = surface_of(world.at(0.0))
     assert len(surface.elements) == 3
     assert (np.diff(surface.elements.kinds) >= 0).all()
     owner_of_five = surface.owner[surface.elements.rows[:, 5] == 5.0]

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import fieldsim as fs
-from fieldsim.dynamics.contact.surfaces import REACH
 from fieldsim.sources.margins import with_reach
+from fieldsim.sources.rows import REACH
 
 BALL = 0.02
 WALL = 0.02

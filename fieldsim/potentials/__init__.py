@@ -4,6 +4,9 @@
 """
 
 # ruff: noqa: F401, I001
+import fieldsim.potentials.formulas.point
+import fieldsim.potentials.formulas.segment.segment
+import fieldsim.potentials.formulas.arc.circle
 import fieldsim.potentials.formulas.arc.arc
 import fieldsim.potentials.formulas.compact
 import fieldsim.potentials.formulas.arc.compact

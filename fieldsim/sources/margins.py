@@ -15,7 +15,6 @@ from fieldsim.errors import InputError
 from fieldsim.portable import Indices, Portable, Table, hole, portable, real
 from fieldsim.potentials import registry
 from fieldsim.potentials.bounds.reach import reach
-from fieldsim.potentials.kernels import COMPACT
 from fieldsim.potentials.row import ANGLE, DIRECTIONS, POSITIONS, SIZE
 from fieldsim.sources.rows import REACH
 from fieldsim.sources.stages import Stages
@@ -33,7 +32,7 @@ def with_reach(rows, kinds, total: int):
 def refuse_compact(kernels):
     """Raise InputError for kernels whose field is 0 at the centre of a sphere that touches the surface."""
     for kernel in kernels:
-        if kernel in COMPACT:
+        if kernel.compact:
             raise InputError(
                 f"no contact is known for a surface of {kernel.__name__}: its field ends too near to the surface; "
                 "give the particles contact=None, or the body a surface of another kernel such as fs.Gaussian"

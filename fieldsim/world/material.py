@@ -89,7 +89,7 @@ class Material:
         ) -> None: ...
 
     def __post_init__(self):
-        known = isinstance(self.kernel, type) and issubclass(self.kernel, Kernel) and self.kernel is not Kernel
+        known = isinstance(self.kernel, type) and issubclass(self.kernel, Kernel) and not self.kernel.abstract
         if not known and not isinstance(self.kernel, Kernel):
             raise InputError(
                 f"Material: kernel is {validate.shown(self.kernel)}; give a kernel, fs.Gaussian or fs.Quartic(2.0)"

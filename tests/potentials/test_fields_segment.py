@@ -10,9 +10,9 @@ import targets
 from fieldsim.errors import InputError
 from fieldsim.numerics.error_functions import erfcx
 from fieldsim.potentials.elements import Elements, pack
-from fieldsim.potentials.formulas.point import EXPONENT_LIMIT
 from fieldsim.potentials.formulas.segment.inverse_powers import inverse_powers
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
+from fieldsim.potentials.kernels.gaussian import EXPONENT_LIMIT
 from fieldsim.potentials.primitives.point import Point
 from fieldsim.potentials.primitives.segment import Segment
 

@@ -6,7 +6,6 @@ import pytest
 import fieldsim as fs
 from fieldsim.potentials import registry
 from fieldsim.potentials.registry import FORMULAS
-from fieldsim.render.scene import bounds
 from fieldsim.sources.elements import surface_of
 
 RADIUS = 0.22
@@ -115,7 +114,7 @@ def test_every_kernel_on_points_that_melt_together(kernel):
     rng = np.random.default_rng(3)
     points = [fs.Point(p) for p in rng.uniform(-0.6, 0.6, (9, 3))]
     for blobbiness in (-0.7, -4.0, -60.0) if kernel is not fs.Newtonian else (-4.0,):
-        radius = RADIUS if kernel not in bounds.ORDER else 0.05
+        radius = RADIUS if not kernel.power else 0.05
         check(world_of((points, material(kernel, radius, blobbiness))), radius)
 
 

@@ -14,7 +14,6 @@ from fieldsim.dynamics.radau.tables import ORDER, Series
 from fieldsim.dynamics.state import renew
 from fieldsim.errors import InputError
 from fieldsim.launch import launch
-from fieldsim.potentials.kernels import Gaussian, Metaball, Quartic, SoftObject
 from fieldsim.potentials.row import POSITIONS, SIZE
 from fieldsim.sources.elements import Sources
 from fieldsim.sources.stages import tables
@@ -25,8 +24,6 @@ LAUNCH_WORK = 20_000_000
 LAUNCH_STEPS = 4096
 SCRATCH_ROWS = 400_000
 STAGES = ORDER + 1
-# How far beyond its centre a kernel of short reach may pull; a step must not leap over it.
-_REACHES = {Gaussian: lambda width: 1.0 / width} | dict.fromkeys((Metaball, SoftObject, Quartic), lambda width: width)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -95,7 +92,7 @@ class RadauRun:
 
     def _plan(self, radau, world, time):
         rows = np.concatenate([self._sources.fixed.rows, self._sources.rows_at(np.array([time]))[0]])
-        reaches = [_REACHES[type(b.gravity)](b.gravity.width) for b in world.bodies if type(b.gravity) in _REACHES]
+        reaches = [body.gravity.short_reach for body in world.bodies if body.gravity is not None]
         leg = Leg()
         leg.eta, leg.begin = radau.eta, time
         leg.extent = float(np.abs(rows[:, POSITIONS]).max(initial=0.0) + rows[:, SIZE].max(initial=0.0))

@@ -13,7 +13,7 @@ from fieldsim.dynamics.rigid.mass_points import enough, mass_points
 from fieldsim.errors import InputError
 from fieldsim.numerics import quaternion
 from fieldsim.potentials.elements import Elements, concatenate
-from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Newtonian
+from fieldsim.potentials.kernels.base import GENTLEST
 from fieldsim.sources.margins import refuse_compact, with_reach
 from fieldsim.world.motion import Pose
 
@@ -21,9 +21,6 @@ from fieldsim.world.motion import Pose
 TOLERANCE = 1e-8
 # Where a body has no surface, what comes nearer than this share of its size counts as touching.
 NEAR = 0.25
-# The slope of log F at a distance R of fields (R^2 + softening^2)^(-slope / 2): of a whole plane under Cauchy, of
-# a whole line under 1/r^2; under 1/r it is a logarithm, and this its order.
-_GENTLE = {Cauchy: 2.0, InverseSquare: 1.0, Newtonian: 0.25}
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -147,14 +144,9 @@ class FreeBody:
 
 def log_slope(material) -> float:
     """How fast log F falls at the surface of a material at least (of a point it is steeper, but for a Gaussian)."""
-    kernel, radius = material.surface_kernel, material.radius
+    kernel = material.surface_kernel
     refuse_compact([type(kernel)])
-    if material.level is not None:
-        return _GENTLE[Newtonian] / radius
-    if isinstance(kernel, Gaussian):
-        return 2.0 * kernel.a**2 * radius
-    softening = 1.0 / kernel.s if isinstance(kernel, Cauchy) else kernel.softening
-    return _GENTLE[type(kernel)] * radius / (radius**2 + softening**2)
+    return kernel.log_slope(material.radius) if material.level is None else GENTLEST / material.radius
 
 
 def free_body(index, body) -> FreeBody:

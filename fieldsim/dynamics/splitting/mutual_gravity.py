@@ -15,8 +15,6 @@ from fieldsim.copies import Uncopied
 from fieldsim.dynamics.state import State
 from fieldsim.launch import launch
 from fieldsim.numerics.running_sums import added
-from fieldsim.potentials import registry
-from fieldsim.potentials.primitives.point import Point
 from fieldsim.sources.field import field_at
 from fieldsim.sources.stages import Stages
 
@@ -34,16 +32,10 @@ class Pull:
 
 
 @functools.cache
-def _point_kernel(kernel):
-    """Warp function (r^2, width, fold) -> (h, h' / r, ...) of a kernel class."""
-    return registry.FORMULAS[kernel, Point].jet.bindings["kernel"].warp(wp.float64)
-
-
-@functools.cache
 def _kicked(kinds_used, kernel):
     """Warp function that kicks one particle by the pull of the bodies and of the particles."""
     field = field_at(kinds_used)
-    point = _point_kernel(kernel)
+    law = kernel.law.warp(wp.float64)
 
     @wp.func
     def kicked(
@@ -60,8 +52,8 @@ def _kicked(kinds_used, kernel):
         _f, a = field(here, gravity, stage)
         for k in range(pull.sources.shape[0]):
             away = here - x[pull.sources[k]]
-            _h, slope, _bend = point(wp.dot(away, away), pull.width, wp.float64(0.0))
-            a = a + (pull.strengths[k] * slope) * away
+            _h, slope, _bend = law(wp.dot(away, away), pull.width, wp.float64(0.0), wp.float64(0.0))
+            a = a + (pull.strengths[k] * (wp.float64(2.0) * slope)) * away
         new, rest = added(v[i], v_rest[i], weight * a)
         v[i] = new
         v_rest[i] = rest
@@ -125,7 +117,7 @@ def steps_kernel(kinds_used, kernel):
 @functools.cache
 def potential_kernel(kernel):
     """Kernel (pull, x; energies): potential energy of each particle in the pull of the others."""
-    point = _point_kernel(kernel)
+    law = kernel.law.warp(wp.float64)
 
     @wp.kernel(module="unique", enable_backward=False)
     def potential(start: int, pull: Pull, x: wp.array(dtype=wp.vec3d), energies: wp.array(dtype=wp.float64)):
@@ -134,7 +126,7 @@ def potential_kernel(kernel):
         for k in range(pull.sources.shape[0]):
             if pull.sources[k] != i:
                 away = x[i] - x[pull.sources[k]]
-                h, _slope, _bend = point(wp.dot(away, away), pull.width, wp.float64(0.0))
+                h, _slope, _bend = law(wp.dot(away, away), pull.width, wp.float64(0.0), wp.float64(0.0))
                 total = total - pull.strengths[k] * h
         energies[i] = total
 

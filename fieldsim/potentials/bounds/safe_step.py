@@ -26,7 +26,7 @@ from fieldsim.errors import InputError
 from fieldsim.portable import Table, portable, real
 from fieldsim.potentials import registry
 from fieldsim.potentials.elements import Elements
-from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Metaball, Newtonian, Quartic, SoftObject
+from fieldsim.potentials.kernels.base import Diverges
 from fieldsim.potentials.row import FOLD, KERNEL_WIDTH, ROW, ROW_WIDTH, STRENGTH, Layout
 
 BOUNDED = Layout(extends=ROW)
@@ -41,12 +41,6 @@ POWERS, GAUSSIANS, COMPACT, SLOPED = 0.0, 1.0, 2.0, 3.0
 TAIL_SHARE = 1e-13  # of the level
 TRUSTED = 1e-9  # a Gaussian's field below this may lack the digits that its logarithm's slope needs
 _LIMIT = 700.0  # exp of more is infinite
-
-_POWERS = {Cauchy: 4, InverseSquare: 2, Newtonian: 1}
-# Greatest slope of sqrt(h) and greatest curvature of h (of |h''| and |h'| / r), for a radius of 1; the soft object's
-# slope, of (1 - u^2) sqrt(9 - 4 u^2) / 3, is 1.53508.
-_STEEPEST = {Quartic: 2.0, SoftObject: 1.5351, Metaball: math.sqrt(1.5)}
-_SHARPEST = {Quartic: 8.0, SoftObject: 44.0 / 9.0, Metaball: 6.0}
 
 
 def with_bounds(elements: Elements) -> tuple[np.ndarray, float]:
@@ -67,10 +61,12 @@ def with_bounds(elements: Elements) -> tuple[np.ndarray, float]:
 
 def check(formula: registry.Formula) -> None:
     """Raise InputError for a formula whose field's growth has no known bound."""
-    if formula.primitive.distance is None or formula.primitive.profiled or not formula.primitive.uniform:
+    kernel, primitive = formula.kernel, formula.primitive
+    known = primitive.distance is not None and primitive.uniform and not primitive.profiled
+    if not known or not (kernel.power or kernel.folds or kernel.compact):
         raise InputError(
-            f"the solver 'referee' knows no safe step beside {formula.kernel.__name__} on "
-            f"{formula.primitive.__name__}; give solver='hermite'"
+            f"the solver 'referee' knows no safe step beside {kernel.__name__} on {primitive.__name__}; "
+            "give solver='hermite'"
         )
 
 
@@ -79,22 +75,21 @@ def _bounded(formula, rows):
     kernel, primitive = formula.kernel, formula.primitive
     width, strength = rows[:, KERNEL_WIDTH], np.abs(rows[:, STRENGTH])
     measure = primitive.row_measure(rows)
-    if primitive.endless and kernel in (Newtonian, InverseSquare):
+    if primitive.endless and isinstance(kernel.plane, Diverges):
         return _plane_without_integral(kernel, rows, width, strength)
-    if kernel in _POWERS:
-        family, power = POWERS, _POWERS[kernel]
-        softening = 1.0 / width if kernel is Cauchy else width
-        rows[:, SOFTENING], rows[:, POWER] = softening, power
-        amount = strength * measure * (softening**4 if kernel is Cauchy else 1.0)
+    if kernel.power:
+        family, softening = POWERS, kernel.softening_of(width)
+        rows[:, SOFTENING], rows[:, POWER] = softening, kernel.power
+        amount = strength * measure * (softening**kernel.power if kernel.reciprocal else 1.0)
         with np.errstate(divide="ignore"):  # unsoftened: no bound
-            sharpest = power * softening ** -(power + 2.0)
+            sharpest = kernel.power * softening ** -(kernel.power + 2.0)
         bend = amount * sharpest
-    elif kernel is Gaussian:
+    elif kernel.folds:
         family = GAUSSIANS
-        whole = (math.sqrt(math.pi) / width) ** primitive.dimension
+        whole = kernel.line.factor(width) ** primitive.dimension
         amount = strength * (measure if primitive.round else np.minimum(measure, whole))
         peak = np.exp(np.minimum(rows[:, FOLD], _LIMIT))
-        bend = strength * measure * peak * 2.0 * width**2
+        bend = strength * measure * peak * kernel.log_bend(width)
         if primitive.round:
             height = rows[:, FOLD] + np.log(np.maximum(amount / TAIL_SHARE, 1.0))
             rows[:, CORE] = np.sqrt(np.maximum(height, 1e-12)) / width
@@ -103,8 +98,8 @@ def _bounded(formula, rows):
         nearby = np.minimum(measure, primitive.nearby * width**primitive.dimension)
         amount = strength * nearby
         # What x and what x' reach, together.
-        rows[:, SLOPE] = _STEEPEST[kernel] / width * np.sqrt(strength * np.minimum(measure, 2.0 * nearby))
-        bend = amount * _SHARPEST[kernel] / width**2
+        rows[:, SLOPE] = kernel.steepest / width * np.sqrt(strength * np.minimum(measure, 2.0 * nearby))
+        bend = amount * kernel.sharpest / width**2
     rows[:, FAMILY], rows[:, AMOUNT] = family, amount
     if primitive.endless:
         # F'' = -2 pi (z h)', and |(z h)'| is nowhere above h(0).
@@ -113,26 +108,28 @@ def _bounded(formula, rows):
 
 
 def _plane_without_integral(kernel, rows, softening, strength):
-    """F' is -2 pi z / w or -2 pi z / w^2, w^2 = z^2 + softening^2."""
-    if kernel is InverseSquare and (softening == 0.0).any():
+    """F' is -2 pi z / w^power, w^2 = z^2 + softening^2."""
+    if kernel.power > 1 and (softening == 0.0).any():
         raise InputError(
-            "the solver 'referee' knows no safe step beside an unsoftened InverseSquare on Plane; give a softening"
+            f"the solver 'referee' knows no safe step beside an unsoftened {kernel.__name__} on Plane; give a softening"
         )
     with np.errstate(divide="ignore"):
-        steepest = math.tau * strength if kernel is Newtonian else math.pi * strength / softening
-        bend = math.tau * strength / softening ** (1 if kernel is Newtonian else 2)
+        steepest = kernel.plane.slope(strength, softening)
+        bend = math.tau * strength / softening**kernel.power
     rows[:, FAMILY], rows[:, AMOUNT], rows[:, SLOPE] = SLOPED, math.inf, steepest
     return rows, bend
 
 
 @portable
 def _raised(u: real, power: real):
-    """The power 1, 2 or 4 of u."""
+    """A power of u, a whole number."""
     if power == real(1.0):
         return u
     if power == real(2.0):
         return u * u
-    return u * u * u * u
+    if power == real(4.0):
+        return u * u * u * u
+    return math.pow(u, power)
 
 
 @portable

@@ -7,28 +7,17 @@ from fieldsim.portable import portable, real
 from fieldsim.potentials.formulas.arc.circle import circle_jet
 from fieldsim.potentials.formulas.arc.jet import arc_jet, ring_offset, sharp_ends
 from fieldsim.potentials.formulas.arc.powers import arc_powers
-from fieldsim.potentials.formulas.point import point_jet
+from fieldsim.potentials.formulas.point import register_points
 from fieldsim.potentials.formulas.segment.inverse_powers import inverse_powers
 from fieldsim.potentials.formulas.segment.segment import segment_jet
 from fieldsim.potentials.kernels import InverseSquare
 from fieldsim.potentials.primitives.arc import Arc
 from fieldsim.potentials.primitives.circle import Circle
-from fieldsim.potentials.primitives.point import Point
 from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.potentials.registry import register
 
 # What the double 2 pi lacks to a full turn.
 GAP = 2.4492935982947064e-16
-
-
-@portable
-def inverse_square_point(r2: real, softening: real, fold: real):
-    """h(r), h' / r and h'' - h' / r. At an unsoftened source: +inf and slopes 0."""
-    d2 = r2 + softening * softening
-    if d2 == real(0.0):
-        return real(math.inf), real(0.0), real(0.0)
-    h = real(1.0) / d2
-    return h, -real(2.0) * h * h, real(8.0) * (r2 / d2) * h * h
 
 
 @portable
@@ -185,7 +174,7 @@ def inverse_square_open_arc(
     return f, fa, fb, fn, faa, fbb, fnn, fab, fan, fbn
 
 
-register(InverseSquare, Point, point_jet.bind(kernel=inverse_square_point))
+register_points(InverseSquare)
 register(InverseSquare, Segment, segment_jet.bind(kernel=inverse_square_segment))
 register(InverseSquare, Arc, arc_jet.bind(kernel=inverse_square_open_arc, offset=ring_offset, ends=sharp_ends))
 register(InverseSquare, Circle, circle_jet.bind(kernel=inverse_square_circle, offset=ring_offset))

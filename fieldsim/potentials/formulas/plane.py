@@ -10,9 +10,9 @@ import math
 from fieldsim.numerics.compensated import half_digits, split_at, two_difference
 from fieldsim.numerics.constants import TAU
 from fieldsim.portable import Table, hole, portable, real
-from fieldsim.potentials.formulas.point import EXPONENT_LIMIT
-from fieldsim.potentials.formulas.triangle.compact import SOFT_2, SOFT_3, metaball_levels
+from fieldsim.potentials.formulas.triangle.compact import metaball_levels
 from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Metaball, Newtonian, Quartic, SoftObject
+from fieldsim.potentials.kernels.gaussian import EXPONENT_LIMIT
 from fieldsim.potentials.primitives.plane import Plane
 from fieldsim.potentials.registry import register
 from fieldsim.potentials.row import FOLD, KERNEL_WIDTH, NORMAL_X, POINT_X, STRENGTH, from_point, normal_of
@@ -83,7 +83,7 @@ def _polynomial_plane(z: real, radius: real, fold: real):
 def metaball_plane(z: real, radius: real, fold: real):
     """(F, dF/dz, d2F/dz2) of the Metaball."""
     u = abs(z) / radius
-    level, h, slope = metaball_levels(u)
+    level, h, slope = metaball_levels(u * u)
     return (
         -real(TAU) * radius * radius * level,
         -real(TAU) * z * h,
@@ -151,5 +151,6 @@ register(Gaussian, Plane, _element.bind(kernel=gaussian_plane))
 register(InverseSquare, Plane, _element.bind(kernel=inverse_square_plane))
 register(Metaball, Plane, _element.bind(kernel=metaball_plane))
 register(Newtonian, Plane, _element.bind(kernel=newtonian_plane))
-register(Quartic, Plane, _element.bind(kernel=_polynomial_plane.bind(c2=1.0, c3=0.0)))
-register(SoftObject, Plane, _element.bind(kernel=_polynomial_plane.bind(c2=SOFT_2, c3=SOFT_3)))
+for _kernel in (Quartic, SoftObject):
+    _square, _cube = _kernel.coefficients()
+    register(_kernel, Plane, _element.bind(kernel=_polynomial_plane.bind(c2=_square, c3=_cube)))

@@ -1,8 +1,28 @@
 """The Gaussian kernel."""
 
 import dataclasses
+import math
 
-from fieldsim.potentials.kernels.base import Kernel
+import numpy as np
+
+from fieldsim.portable import portable, real
+from fieldsim.potentials.kernels.base import Kernel, Whole, distance
+
+# Exponents are clamped here: exp(60) fits float32 with room for sums, and only a surface drawn with a fold above 60 (a
+# blobbiness below -60) has such exponents at all, deep inside, where nothing but "well above T" matters.
+EXPONENT_LIMIT = 60.0
+
+
+@portable
+def law(r2: real, a: real, fold: real, times: real):
+    """exp(fold - a^2 r^2), its exponent clamped at EXPONENT_LIMIT, d/d(r^2) of it, and times its second."""
+    h = math.exp(min(fold - a * a * r2, real(EXPONENT_LIMIT)))
+    slope = -a * a * h
+    return h, slope, -slope * (a * a * times)
+
+
+def _inverse(level, a):
+    return distance(-np.log(level)) / a
 
 
 @dataclasses.dataclass(frozen=True)
@@ -10,3 +30,38 @@ class Gaussian(Kernel):
     """h(r) = exp(-a^2 r^2) (Blinn 1982)."""
 
     a: float = 1.0
+
+    law = law
+    inverse = staticmethod(_inverse)
+    folds = True
+    reciprocal = True
+    line = Whole(lambda a: math.sqrt(math.pi) / a, _inverse)
+    plane = Whole(lambda a: math.pi / a**2, _inverse)
+
+    @staticmethod
+    def width_of(radius, b):
+        """Blinn's own."""
+        return math.sqrt(b) / radius
+
+    @staticmethod
+    def log_bend(a):
+        """-(log h)'' is 2 a^2 along any ray."""
+        return 2.0 * a**2
+
+    @staticmethod
+    def scale_of(a):
+        """1 / a."""
+        return 1.0 / a
+
+    def calibrated(self, radius, dimension):
+        """The fields of a whole line and plane are sqrt(pi)/a and pi/a^2 times h: what h lacks at R is folded."""
+        return (self.a / math.sqrt(math.pi)) ** dimension, (self.a * radius) ** 2
+
+    def log_slope(self, radius):
+        """See `Kernel.log_slope`."""
+        return 2.0 * self.a**2 * radius
+
+    @property
+    def short_reach(self):
+        """See `Kernel.short_reach`."""
+        return 1.0 / self.a

@@ -1,12 +1,30 @@
 """The Quartic kernel."""
 
 import dataclasses
+import math
 
-from fieldsim.potentials.kernels.base import Kernel
+import numpy as np
+
+from fieldsim.potentials.kernels.polynomial import Polynomial
 
 
 @dataclasses.dataclass(frozen=True)
-class Quartic(Kernel):
+class Quartic(Polynomial):
     """h(r) = (1 - u^2)^2 for u <= 1, then 0, with u = r / radius."""
 
     radius: float = 1.0
+
+    square, cube, over = 1, 0, 1
+    steepest = 2.0
+    sharpest = 8.0
+    root_bend = 2.0
+
+    @staticmethod
+    def inverse(level, radius):
+        """Where h falls to a level."""
+        return radius * np.sqrt(1.0 - np.sqrt(np.minimum(level, 1.0)))
+
+    @staticmethod
+    def width_of(radius, b):
+        """Slope of log h at R that of the Gaussian, -2 b / R."""
+        return radius * math.sqrt(1.0 + 2.0 / b)

@@ -18,32 +18,17 @@ import numpy as np
 from fieldsim.potentials import registry
 from fieldsim.potentials.bounds.reach import reach, scale, within
 from fieldsim.potentials.elements import Elements
-from fieldsim.potentials.kernels import (
-    COMPACT,
-    Cauchy,
-    Gaussian,
-    InverseSquare,
-    Metaball,
-    Newtonian,
-    Quartic,
-    SoftObject,
-)
 from fieldsim.potentials.primitives.base import Volume
 from fieldsim.potentials.row import ANGLE, END, KERNEL_WIDTH, NORMAL, POSITIONS, SIZE, START, STRENGTH
 
-# Kernels that are powers -order / 2 of r^2 + softening^2 (a Cauchy's softening is 1 / s). Others have one bend, or end.
-ORDER = {Newtonian: 1, InverseSquare: 2, Cauchy: 4}
+# The order of elements whose kernel is a power law is its power; others have one bend, or end.
 ENDS = -1
-# Powers of length that kernels have as their unit.
-_UNITS = {Newtonian: 1, InverseSquare: 2}
 # Used for infinity, in units of the scene.
 FAR = 1e7
-# Greatest |(sqrt h)''| along any ray in units of 1 / radius^2.
-_ROOT_BENDS = {Quartic: 2.0, SoftObject: 22.0 / 9.0, Metaball: 5.52}
 # With strengths of both signs these bounds do not hold; bends are then multiplied by this factor.
 _SIGNED = 8.0
-# Among how many elements that end near to each other the tolerance is shared; and, as Cauchy's tails are so long that
-# many small ones add up, among the root of how many of those at most.
+# Among how many elements that end near to each other the tolerance is shared; and, as the tails of power laws are
+# so long that many small ones add up, among the root of how many of those at most.
 _SHARED = 4
 _SHARED_TAILS = 100
 
@@ -83,9 +68,9 @@ def bound(elements: Elements, eye: np.ndarray, unit: float, tolerance: float = 1
     bend, level = np.zeros(len(rows)), np.full(len(rows), tolerance / _SHARED)
     for formula, where in parts:
         shape[where] = formula.primitive.volume
-        order[where] = ENDS if formula.kernel in COMPACT else ORDER.get(formula.kernel, 0)
+        order[where] = ENDS if formula.kernel.compact else formula.kernel.power
         bend[where] = _bend(formula, rows[where])
-        if formula.kernel is Cauchy:
+        if formula.kernel.power and not formula.kernel.unit:
             level[where] = tolerance / min(len(kinds[where]), _SHARED_TAILS) ** 0.5
     far = reach(rows, kinds, level)
     signed = (rows[:, STRENGTH] < 0.0).any()
@@ -93,7 +78,7 @@ def bound(elements: Elements, eye: np.ndarray, unit: float, tolerance: float = 1
     if signed:
         bend, order = _SIGNED * bend, np.where(order > 0, int(_SIGNED) * order, order)
     start, end, extent = _capsules(rows, shape)
-    if parts and {formula.kernel for formula, _ in parts} <= set(_UNITS):
+    if parts and all(formula.kernel.unit for formula, _ in parts):
         far = np.minimum(far, _around(parts, rows, start, end, extent))
     far = np.minimum(far, FAR)
     radius = np.where(shape == Volume.SLAB, FAR, far + extent)
@@ -107,9 +92,8 @@ def _scaled(elements, eye, unit):
     rows[:, POSITIONS] = (rows[:, POSITIONS] - np.tile(eye, 3)) / unit
     rows[:, SIZE] /= unit
     for formula, where in registry.parts_of(elements.kinds):
-        inverse_width = formula.kernel in (Gaussian, Cauchy)
-        rows[where, KERNEL_WIDTH] *= unit if inverse_width else 1.0 / unit
-        rows[where, STRENGTH] *= unit ** (formula.primitive.dimension - _UNITS.get(formula.kernel, 0))
+        rows[where, KERNEL_WIDTH] *= unit if formula.kernel.reciprocal else 1.0 / unit
+        rows[where, STRENGTH] *= unit ** (formula.primitive.dimension - formula.kernel.unit)
         rows[where, ANGLE] /= unit**formula.primitive.second_unit
     return rows
 
@@ -117,12 +101,12 @@ def _scaled(elements, eye, unit):
 def _bend(formula, rows):
     """The bend of elements of one formula, (N,)."""
     width = rows[:, KERNEL_WIDTH]
-    if formula.kernel in COMPACT:
+    if formula.kernel.compact:
         # 2 sqrt(F), of the part within reach.
         amplitude = np.sqrt(np.abs(rows[:, STRENGTH]) * within(formula, rows))
-        bend = 2.0 * _ROOT_BENDS[formula.kernel] * amplitude / width**2
+        bend = 2.0 * formula.kernel.root_bend * amplitude / width**2
     else:
-        bend = 2.0 * width**2 if formula.kernel is Gaussian else 0.0
+        bend = formula.kernel.log_bend(width)
     return bend + formula.primitive.row_factor_bend(rows)
 
 
@@ -159,7 +143,7 @@ def _around(parts, rows, start, end, extent):
     for formula, where in parts:
         part = rows[where]
         mass = np.maximum(part[:, STRENGTH], 0.0) * formula.primitive.row_measure(part)
-        sums[_UNITS[formula.kernel]] += np.sum(mass)
+        sums[formula.kernel.unit] += np.sum(mass)
     ball = np.max(span) + 0.5 * (sums[1] + math.sqrt(sums[1] ** 2 + 4.0 * sums[2]))
     return ball * (1.0 + 1e-6) + span[0]
 

@@ -4,7 +4,7 @@
 |---|---|---|
 | hermite | bounded steps on the true field, cubic Hermite pieces for the root: the default | all that are rendered |
 | lagrange | one quartic an element through five samples, as published in 1998; its error shows | as hermite |
-| laguerre | exact polynomials along the ray, roots by Laguerre's method | Points: Quartic, SoftObject |
+| laguerre | exact polynomials along the ray, roots by Laguerre's method | Points of polynomial kernels |
 | numeric | samples of the true field, regula falsi where the sign changes | as hermite |
 | referee | safe steps on the true field in float64: slow, misses nothing | all that safe steps know |
 
@@ -28,7 +28,7 @@ from fieldsim.render.solvers.referee import Referee
 
 
 class Solver:
-    """A solver of primary rays: a sweep through sorted intervals. known: (kernel, primitive) pairs, None: all.
+    """A solver of primary rays: a sweep through sorted intervals. known(): (kernel, primitive) pairs; None: all.
 
     counts: whether it counts the evaluations of each ray, which layers show.
     """
@@ -40,13 +40,12 @@ class Solver:
 
     def check(self, elements: Elements) -> None:
         """Raise InputError for elements that the solver cannot do."""
+        known = None if self._known is None else self._known()
         for formula in _formulas(elements):
-            if self._known is not None and (formula.kernel, formula.primitive) not in self._known:
+            if known is not None and (formula.kernel, formula.primitive) not in known:
                 raise InputError(
                     f"the solver {self.name!r} cannot do {formula.kernel.__name__} on {formula.primitive.__name__}, "
-                    "only "
-                    + ", ".join(f"{k.__name__} on {p.__name__}" for k, p in self._known)
-                    + "; give solver='hermite'"
+                    "only " + ", ".join(f"{k.__name__} on {p.__name__}" for k, p in known) + "; give solver='hermite'"
                 )
 
     def check_layers(self) -> None:
@@ -110,7 +109,7 @@ SOLVERS = {
     "hermite": Solver("hermite", hermite.first_hit, counts=True),
     # polish=0: no Newton step on the true field afterwards.
     "lagrange": Solver("lagrange", lagrange.first_hit, polish=0.0),
-    "laguerre": Solver("laguerre", laguerre.first_hit, known=laguerre.KNOWN),
+    "laguerre": Solver("laguerre", laguerre.first_hit, known=laguerre.known),
     "numeric": Solver("numeric", numeric.first_hit),
     "referee": SafeSteps("referee"),
 }

@@ -25,8 +25,8 @@ import functools
 import warp as wp
 
 from fieldsim.numerics.roots import cubic_root
+from fieldsim.portable import Table, portable, real
 from fieldsim.potentials import registry
-from fieldsim.potentials.kernels import Cauchy
 from fieldsim.potentials.primitives.base import Volume
 from fieldsim.potentials.row import KERNEL_WIDTH, NORMAL_X
 from fieldsim.render.scene import bounds
@@ -47,7 +47,6 @@ _LOOK, _LEAP, _LAND, _ROOT = (wp.constant(k) for k in range(4))
 _SLAB = wp.constant(int(Volume.SLAB))
 TRIES = wp.constant(12)
 _ENDS = wp.constant(bounds.ENDS)
-_CAUCHY = wp.constant(bounds.ORDER[Cauchy])
 
 
 @wp.func
@@ -81,7 +80,17 @@ def _steepness(scene: Scene, i: int, d: wp.vec3):
 
 
 def _bends_by_distance(kinds_used):
-    return any(formula.kernel in bounds.ORDER for formula in registry.FORMULAS.values() if formula.kind in kinds_used)
+    return any(formula.kernel.power for formula in registry.FORMULAS.values() if formula.kind in kinds_used)
+
+
+@portable
+def _width(x: real, y: real, z: real, rows: Table, i: int):
+    return rows[i, KERNEL_WIDTH]
+
+
+@portable
+def _reciprocal(x: real, y: real, z: real, rows: Table, i: int):
+    return real(1.0) / rows[i, KERNEL_WIDTH]
 
 
 @functools.cache
@@ -94,19 +103,17 @@ def _nearness(kinds_used):
             return 0.0
 
         return nothing
-    table = {
-        formula.kind: formula.primitive.distance for formula in registry.FORMULAS.values() if formula.kind in kinds_used
-    }
-    distance = registry.by_kind(table).warp(wp.float32)
+    formulas = [formula for formula in registry.FORMULAS.values() if formula.kind in kinds_used]
+    distance = registry.by_kind({formula.kind: formula.primitive.distance for formula in formulas}).warp(wp.float32)
+    softenings = {formula.kind: _reciprocal if formula.kernel.reciprocal else _width for formula in formulas}
+    softening_of = registry.by_kind(softenings).warp(wp.float32)
 
     @wp.func
     def nearness(scene: Scene, p: wp.vec3, d: wp.vec3, i: int):
         if scene.order[i] <= 0:
             return 0.0
         near = distance(p[0], p[1], p[2], scene.rows, scene.kinds, i)
-        softening = scene.rows[i, KERNEL_WIDTH]
-        if scene.order[i] == _CAUCHY:
-            softening = 1.0 / softening
+        softening = softening_of(p[0], p[1], p[2], scene.rows, scene.kinds, i)
         steepness = float(scene.order[i]) * _steepness(scene, i, d)
         return steepness / wp.max(near * near + softening * softening, NOTHING)
 

@@ -5,21 +5,37 @@ import functools
 import warp as wp
 
 from fieldsim.numerics.roots import Polynomial, product
+from fieldsim.portable import Table, hole, portable, real
 from fieldsim.potentials import registry
-from fieldsim.potentials.kernels import Quartic, SoftObject
+from fieldsim.potentials.kernels.polynomial import Polynomial as PolynomialKernel
 from fieldsim.potentials.primitives.point import Point
 from fieldsim.potentials.row import KERNEL_WIDTH, STRENGTH
 from fieldsim.render.scene.rows import point_of
 from fieldsim.render.scene.tables import Scene
 from fieldsim.render.solvers.polynomials import polynomial_sweep
 
-KNOWN = ((SoftObject, Point), (Quartic, Point))
+SQUARE = hole()
+CUBE = hole()
+OVER = hole()
+
+
+def known() -> list[tuple[type, type]]:
+    """The kernels and primitives that it solves."""
+    return [key for key in registry.FORMULAS if issubclass(key[0], PolynomialKernel) and key[1] is Point]
+
+
+@portable
+def _coefficients(x: real, y: real, z: real, rows: Table, i: int):
+    return real(SQUARE), real(CUBE), real(OVER)
 
 
 @functools.cache
 def first_hit(kinds_used):
-    """The Warp function that sweeps a ray through sorted intervals, for points under Quartic or SoftObject kernels."""
-    soft = wp.constant(registry.FORMULAS[SoftObject, Point].kind)
+    """The Warp function that sweeps a ray through sorted intervals, for points under polynomial kernels."""
+    kernels = {formula.kind: formula.kernel for formula in registry.FORMULAS.values() if formula.kind in kinds_used}
+    bound = {kind: _coefficients.bind(SQUARE=k.square, CUBE=k.cube, OVER=k.over) for kind, k in kernels.items()}
+    # Whole numbers, which float32 holds.
+    coefficients = registry.by_kind(bound).warp(wp.float32)
 
     @wp.func
     def piece(scene: Scene, o: wp.vec3, d: wp.vec3, begin: float, end: float, i: int, t0: float, t1: float):
@@ -32,10 +48,10 @@ def first_hit(kinds_used):
         w[1] = -wp.float64(2.0) * _dot(from_center, along) / radius2
         w[2] = -_dot(along, along) / radius2
         h = product(w, w)
-        if scene.kinds[i] == soft:
-            factor = wp.float64(4.0) * w
-            factor[0] += wp.float64(5.0)
-            h = product(h, factor) / wp.float64(9.0)
+        square, cube, over = coefficients(0.0, 0.0, 0.0, scene.rows, scene.kinds, i)
+        factor = wp.float64(cube) * w
+        factor[0] += wp.float64(square)
+        h = product(h, factor) / wp.float64(over)
         return wp.float64(scene.rows[i, STRENGTH]) * h
 
     return polynomial_sweep(piece)

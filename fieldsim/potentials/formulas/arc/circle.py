@@ -13,8 +13,8 @@ from fieldsim.numerics.constants import TAU
 from fieldsim.numerics.elliptic import elliptic_dv
 from fieldsim.portable import Table, hole, portable, real
 from fieldsim.potentials.formulas.arc.jet import plain_offset, ring_offset
-from fieldsim.potentials.formulas.point import EXPONENT_LIMIT
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
+from fieldsim.potentials.kernels.gaussian import EXPONENT_LIMIT
 from fieldsim.potentials.primitives.circle import Circle
 from fieldsim.potentials.registry import register
 from fieldsim.potentials.row import FOLD, KERNEL_WIDTH, RADIUS, STRENGTH, from_center, normal_of

@@ -190,9 +190,8 @@ def _polynomial_arc(
     return f, fa, side * fb, fn, faa, fbb, fnn, side * fab, fan, side * fbn
 
 
-soft_object_arc = _polynomial_arc.bind(part=_part.bind(SQUARE=5 / 9, CUBE=4 / 9))
-quartic_arc = _polynomial_arc.bind(part=_part.bind(SQUARE=1.0, CUBE=0.0))
-
 for _primitive in (Arc, Circle):
-    register(SoftObject, _primitive, arc_jet.bind(kernel=soft_object_arc, offset=ring_offset, ends=no_ends))
-    register(Quartic, _primitive, arc_jet.bind(kernel=quartic_arc, offset=ring_offset, ends=no_ends))
+    for _kernel in (SoftObject, Quartic):
+        _square, _cube = _kernel.coefficients()
+        _local = _polynomial_arc.bind(part=_part.bind(SQUARE=_square, CUBE=_cube))
+        register(_kernel, _primitive, arc_jet.bind(kernel=_local, offset=ring_offset, ends=no_ends))

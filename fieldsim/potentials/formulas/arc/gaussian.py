@@ -14,7 +14,7 @@ from fieldsim.numerics.elementary import exp_moment, exp_slope
 from fieldsim.numerics.precision import is_single
 from fieldsim.numerics.quadrature import legendre_16
 from fieldsim.portable import portable, real
-from fieldsim.potentials.formulas.point import EXPONENT_LIMIT
+from fieldsim.potentials.kernels.gaussian import EXPONENT_LIMIT
 
 # Below this exponent everything is 0, in float64 as well.
 NOTHING = -1000.0

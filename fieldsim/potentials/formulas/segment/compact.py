@@ -10,7 +10,6 @@ from fieldsim.numerics.constants import THIRD
 from fieldsim.numerics.elementary import log1p
 from fieldsim.numerics.quadrature import legendre_4
 from fieldsim.portable import hole, portable, real
-from fieldsim.potentials.formulas.compact import quartic, soft_object
 from fieldsim.potentials.formulas.segment.segment import segment_jet
 from fieldsim.potentials.kernels import Metaball, Quartic, SoftObject
 from fieldsim.potentials.primitives.segment import Segment
@@ -144,6 +143,6 @@ def metaball_segment(lo: real, rho2: real, length: real, radius: real, fold: rea
     )
 
 
-register(SoftObject, Segment, segment_jet.bind(kernel=_polynomial_segment.bind(profile=soft_object)))
-register(Quartic, Segment, segment_jet.bind(kernel=_polynomial_segment.bind(profile=quartic)))
+register(SoftObject, Segment, segment_jet.bind(kernel=_polynomial_segment.bind(profile=SoftObject.profile)))
+register(Quartic, Segment, segment_jet.bind(kernel=_polynomial_segment.bind(profile=Quartic.profile)))
 register(Metaball, Segment, segment_jet.bind(kernel=metaball_segment))

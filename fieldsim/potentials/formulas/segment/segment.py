@@ -16,9 +16,9 @@ from fieldsim.numerics.elementary import log1p
 from fieldsim.numerics.error_functions import erfcx
 from fieldsim.numerics.quadrature import legendre_8
 from fieldsim.portable import Table, hole, portable, real
-from fieldsim.potentials.formulas.point import EXPONENT_LIMIT, FAR
 from fieldsim.potentials.formulas.segment.inverse_powers import inverse_powers
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
+from fieldsim.potentials.kernels.gaussian import EXPONENT_LIMIT
 from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.potentials.registry import register
 from fieldsim.potentials.row import END_X, FOLD, KERNEL_WIDTH, LENGTH, START_X, STRENGTH, axis_of
@@ -26,6 +26,8 @@ from fieldsim.potentials.row import END_X, FOLD, KERNEL_WIDTH, LENGTH, START_X, 
 HALF_SQRT_PI = math.sqrt(math.pi) / 2
 # Below this width in units of 1/a a Gaussian segment is integrated by eight Gauss-Legendre nodes, exact to rounding.
 SHORT = 0.5
+# Squares of scaled distances are clamped here where they multiply a Gaussian that has long vanished (0 inf is NaN).
+FAR = 1e30
 # Closer to the line than 0.1 of the distance along it (squared), the offset across is computed with care.
 CLOSE = 1e-2
 

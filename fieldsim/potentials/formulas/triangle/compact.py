@@ -13,12 +13,10 @@ from fieldsim.potentials.formulas.segment.segment import newtonian_segment
 from fieldsim.potentials.formulas.triangle.edges import angles, formula
 from fieldsim.potentials.formulas.triangle.triangle import FAR
 from fieldsim.potentials.kernels import Metaball, Quartic, SoftObject
+from fieldsim.potentials.kernels.metaball import law as metaball
 from fieldsim.potentials.primitives.triangle import Triangle
 from fieldsim.potentials.registry import register
 
-# SoftObject: h = 5/9 y^2 + 4/9 y^3 with y = 1 - u^2; the quartic kernel: y^2.
-SOFT_2 = 5 / 9
-SOFT_3 = 4 / 9
 # -H(0) / R^2 of the Metaball.
 METABALL_CORE = 13 / 108
 
@@ -148,17 +146,6 @@ def polynomial_total(
 
 
 @portable
-def polynomial_point(r2: real, radius: real, fold: real):
-    """The kernel h and its first two derivatives in r^2."""
-    per_r2 = real(1.0) / (radius * radius)
-    y = max(real(1.0) - r2 * per_r2, real(0.0))
-    h = (real(c2) + real(c3) * y) * y * y
-    slope = (real(2.0) * real(c2) + real(3.0) * real(c3) * y) * y
-    curve = real(2.0) * real(c2) + real(6.0) * real(c3) * y
-    return h, -per_r2 * slope, per_r2 * per_r2 * curve
-
-
-@portable
 def polynomial_far(away: real, size: real, radius: real):
     """Points a side where all of a small triangle lies within the support: 16 are exact in degree 6."""
     if math.sqrt(away) + size < radius and radius > real(4.0) * size:
@@ -176,17 +163,14 @@ def compact_gone(away: real, size: real, radius: real):
 
 
 @portable
-def metaball_levels(u: real):
-    """H / R^2 (0 at u = 1), h and R^2 dh/d(r^2) of the Metaball."""
-    u2 = u * u
+def metaball_levels(u2: real):
+    """H / R^2 (0 at u = 1), h and R^2 dh/d(r^2) of the Metaball at u^2 = r^2 / R^2."""
+    h, slope, _bend = metaball(u2, real(1.0), real(0.0), real(0.0))
+    u = math.sqrt(u2)
     v = max(real(1.0) - u, real(0.0))
     level = -real(0.125) * v * v * v * (real(1.0) + real(3.0) * u)
-    h = real(1.5) * v * v
-    slope = -real(1.5) * v / max(u, real(THIRD))
     if real(3.0) * u <= real(1.0):
         level = real(0.5) * u2 - real(0.75) * u2 * u2 - real(METABALL_CORE)
-        h = real(1.0) - real(3.0) * u2
-        slope = -real(3.0)
     return level, h, slope
 
 
@@ -247,8 +231,8 @@ def metaball_edge(d: real, lo: real, length: real, z: real, radius: real, fold: 
     across += across_b - real(3.0) * inner
     f += f_b + dist * (real(0.5) * inner - real(0.75) * (inner * (g2 + w * w) + squares))
     f_1 += f_1b - real(3.0) * dist * inner
-    _level, h_lo, _slope = metaball_levels(math.sqrt(g2 + start * start))
-    _level, h_hi, _slope = metaball_levels(math.sqrt(g2 + end * end))
+    _level, h_lo, _slope = metaball_levels(g2 + start * start)
+    _level, h_hi, _slope = metaball_levels(g2 + end * end)
     cos, sin = _both_angles(dist, start, inner_start, inner_end, end)
     return (
         radius * s,
@@ -290,25 +274,13 @@ def metaball_total(
         return real(0.0), real(0.0), real(0.0)
     w = abs(z) / radius
     w2 = w * w
-    level, h, slope = metaball_levels(w)
+    level, h, slope = metaball_levels(w2)
     rise = w * (angle_2 - angle_3)
     f = q_1 - level * angle_1 - w2 * rise
     f -= real(0.125) * (real(1.0) - w2 * (real(6.0) + real(3.0) * w2)) * angle_2
     f_1 = q_2 - h * angle_1 - real(3.0) * rise + real(1.5) * (real(1.0) + w2) * angle_2
     f_2 = real(1.5) * (w2 * angle_2 - rise) - w2 * slope * angle_1
     return radius * radius * f, z * f_1, f_1 + real(2.0) * f_2
-
-
-@portable
-def metaball_point(r2: real, radius: real, fold: real):
-    """The kernel h and its first two derivatives in r^2."""
-    u = math.sqrt(r2) / radius
-    per_r2 = real(1.0) / (radius * radius)
-    _level, h, slope = metaball_levels(u)
-    curve = real(0.0)
-    if real(3.0) * u > real(1.0) and u < real(1.0):
-        curve = real(0.75) / (u * u * u)
-    return h, per_r2 * slope, per_r2 * per_r2 * curve
 
 
 @portable
@@ -324,10 +296,11 @@ def metaball_far(away: real, size: real, radius: real):
     return 0
 
 
-def _polynomial(c2, c3):
+def _polynomial(kernel):
     """The formula of h = c2 y^2 + c3 y^3."""
+    c2, c3 = kernel.coefficients()
     return formula(
-        polynomial_point.bind(c2=c2, c3=c3),
+        kernel,
         polynomial_edge.bind(c2=c2, c3=c3, _node=_node.bind(c2=c2, c3=c3)),
         polynomial_total.bind(c2=c2, c3=c3),
         polynomial_far,
@@ -335,6 +308,6 @@ def _polynomial(c2, c3):
     )
 
 
-register(Metaball, Triangle, formula(metaball_point, metaball_edge, metaball_total, metaball_far, compact_gone))
-register(Quartic, Triangle, _polynomial(1.0, 0.0))
-register(SoftObject, Triangle, _polynomial(SOFT_2, SOFT_3))
+register(Metaball, Triangle, formula(Metaball, metaball_edge, metaball_total, metaball_far, compact_gone))
+register(Quartic, Triangle, _polynomial(Quartic))
+register(SoftObject, Triangle, _polynomial(SoftObject))

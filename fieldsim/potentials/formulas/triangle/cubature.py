@@ -35,7 +35,7 @@ def points_a_side(sizes2: real, far: real):
 
 
 # The kernel and its first two derivatives in r^2; nodes and weights of the rule, of count^2 points.
-point = hole("r2, k, fold")
+law = hole("r2, width, fold, times")
 radius = hole("k")
 abscissa = hole("k")
 count = hole()
@@ -63,7 +63,7 @@ def _conical(ax: real, ay: real, bx: real, by: real, cx: real, cy: real, z: real
             weight *= share * area
             dx = -(ax + s * ((bx - ax) + t * (cx - bx)))
             dy = -(ay + s * ((by - ay) + t * (cy - by)))
-            h, slope, curve = point(dx * dx + dy * dy + z * z, k, fold)
+            h, slope, curve = law(dx * dx + dy * dy + z * z, k, fold, real(1.0))
             f += weight * h
             slope *= real(2.0) * weight
             curve *= real(4.0) * weight
@@ -106,10 +106,10 @@ def _far_away(
     return many(ax, ay, bx, by, cx, cy, z, area, k, fold)
 
 
-def far_away(point):
-    """Portable (side, corners, z, area, k, fold) -> jet, for a kernel's `point`."""
+def far_away(law):
+    """Portable (side, corners, z, area, k, fold) -> jet, for a kernel's law."""
     return _far_away.bind(
-        few=_conical.bind(point=point, count=2, radius=unit_jacobi_2, abscissa=unit_legendre_2),
-        some=_conical.bind(point=point, count=4, radius=unit_jacobi_4, abscissa=unit_legendre_4),
-        many=_conical.bind(point=point, count=6, radius=unit_jacobi_6, abscissa=unit_legendre_6),
+        few=_conical.bind(law=law, count=2, radius=unit_jacobi_2, abscissa=unit_legendre_2),
+        some=_conical.bind(law=law, count=4, radius=unit_jacobi_4, abscissa=unit_legendre_4),
+        many=_conical.bind(law=law, count=6, radius=unit_jacobi_6, abscissa=unit_legendre_6),
     )

@@ -88,15 +88,6 @@ def newtonian_total(
 
 
 @portable
-def newtonian_point(r2: real, softening: real, fold: real):
-    """The kernel h and its first two derivatives in r^2."""
-    d2 = r2 + softening * softening
-    h = real(1.0) / math.sqrt(d2)
-    slope = -real(0.5) * h / d2
-    return h, slope, -real(1.5) * slope / d2
-
-
-@portable
 def newtonian_far(away: real, size: real, softening: real):
     """Points a side once distance or softening exceeds FAR sizes."""
     return points_a_side((away + softening * softening) / (size * size), real(FAR))
@@ -108,14 +99,14 @@ def nowhere(away: real, size: real, k: real):
     return False
 
 
-def formula(point, edge, total, points, is_gone=nowhere):
-    """The jet of a triangle under a kernel, from the kernel's parts."""
+def formula(kernel, edge, total, points, is_gone=nowhere):
+    """The jet of a triangle under a kernel, from its parts."""
     return triangle_jet.bind(
         points=points,
         is_gone=is_gone,
-        distant=far_away(point),
+        distant=far_away(kernel.law),
         closed_form=near_by.bind(edge=edge, total=total),
     )
 
 
-register(Newtonian, Triangle, formula(newtonian_point, newtonian_edge, newtonian_total, newtonian_far))
+register(Newtonian, Triangle, formula(Newtonian, newtonian_edge, newtonian_total, newtonian_far))

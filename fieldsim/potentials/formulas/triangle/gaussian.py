@@ -10,10 +10,10 @@ import math
 from fieldsim.numerics.owen import BEYOND, line_of_sight, tail, wedge
 from fieldsim.numerics.quadrature import legendre_12
 from fieldsim.portable import portable, real
-from fieldsim.potentials.formulas.point import EXPONENT_LIMIT
 from fieldsim.potentials.formulas.segment.segment import gaussian_segment
 from fieldsim.potentials.formulas.triangle.edges import formula
 from fieldsim.potentials.kernels import Gaussian
+from fieldsim.potentials.kernels.gaussian import EXPONENT_LIMIT
 from fieldsim.potentials.primitives.triangle import Triangle
 from fieldsim.potentials.registry import register
 
@@ -142,13 +142,6 @@ def gaussian_total(
 
 
 @portable
-def gaussian_point(r2: real, a: real, fold: real):
-    """The kernel h and its first two derivatives in r^2."""
-    h = math.exp(min(fold - a * a * r2, real(EXPONENT_LIMIT)))
-    return h, -a * a * h, a * a * a * a * h
-
-
-@portable
 def gaussian_far(away: real, size: real, a: real):
     """Points a side where the triangle is so small in units of 1/a that it sees no more than a polynomial."""
     if a * size < real(0.25):
@@ -162,4 +155,4 @@ def gaussian_gone(away: real, size: real, a: real):
     return a * (math.sqrt(away) - size) > real(34.0)
 
 
-register(Gaussian, Triangle, formula(gaussian_point, gaussian_edge, gaussian_total, gaussian_far, gaussian_gone))
+register(Gaussian, Triangle, formula(Gaussian, gaussian_edge, gaussian_total, gaussian_far, gaussian_gone))

@@ -185,14 +185,6 @@ def cauchy_total(
 
 
 @portable
-def cauchy_point(r2: real, s: real, fold: real):
-    """The kernel h and its first two derivatives in r^2."""
-    s2 = s * s
-    h = real(1.0) / (real(1.0) + s2 * r2)
-    return h * h, -real(2.0) * s2 * h * h * h, real(6.0) * s2 * s2 * h * h * h * h
-
-
-@portable
 def cauchy_far(away: real, size: real, s: real):
     """Points a side once distance or width exceeds FAR_CAUCHY sizes."""
     return points_a_side((away + real(1.0) / (s * s)) / (size * size), real(FAR_CAUCHY))
@@ -317,16 +309,5 @@ def inverse_square_far(away: real, size: real, softening: real):
     return points_a_side((away + softening * softening) / (size * size), real(FAR_INVERSE))
 
 
-@portable
-def inverse_square_point(r2: real, softening: real, fold: real):
-    """The kernel h and its first two derivatives in r^2."""
-    h = real(1.0) / (r2 + softening * softening)
-    return h, -h * h, real(2.0) * h * h * h
-
-
-register(Cauchy, Triangle, formula(cauchy_point, cauchy_edge, cauchy_total, cauchy_far))
-register(
-    InverseSquare,
-    Triangle,
-    formula(inverse_square_point, inverse_square_edge, inverse_square_total, inverse_square_far),
-)
+register(Cauchy, Triangle, formula(Cauchy, cauchy_edge, cauchy_total, cauchy_far))
+register(InverseSquare, Triangle, formula(InverseSquare, inverse_square_edge, inverse_square_total, inverse_square_far))

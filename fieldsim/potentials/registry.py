@@ -7,6 +7,7 @@ compilers drop what is left unused.
 
 import dataclasses
 import functools
+import itertools
 
 import numpy as np
 
@@ -25,13 +26,26 @@ class Formula:
 
 
 FORMULAS: dict[tuple[type, type], Formula] = {}
+# No number is given twice, so that what was compiled for one is never taken for another's.
+_numbers = itertools.count()
 
 
 def register(kernel: type, primitive: type, jet: Portable) -> None:
     """Enter a formula into the registry."""
     if (kernel, primitive) in FORMULAS:
         raise InputError(f"{kernel.__name__} on {primitive.__name__} is registered already")
-    FORMULAS[kernel, primitive] = Formula(len(FORMULAS), kernel, primitive, jet)
+    FORMULAS[kernel, primitive] = Formula(next(_numbers), kernel, primitive, jet)
+
+
+def unregister(kernel: type) -> None:
+    """Take all formulas of a kernel out of the registry; fields made with it can then not be evaluated."""
+    for key in [key for key in FORMULAS if key[0] is kernel]:
+        del FORMULAS[key]
+
+
+def kernels() -> list[type]:
+    """The kernels that have formulas, in the order of registration."""
+    return list(dict.fromkeys(kernel for kernel, _primitive in FORMULAS))
 
 
 def formula_of(kernel, primitive) -> Formula:
@@ -96,6 +110,10 @@ def by_kind(functions: dict[int, Portable]) -> Portable:
 def element_jet(kinds_used: tuple[int, ...]) -> Portable:
     """Portable (x, y, z, rows, kinds, i) -> the jet of element i, knowing only the given kinds."""
     jets = {formula.kind: formula.jet for formula in FORMULAS.values() if formula.kind in kinds_used}
+    if missing := sorted(set(kinds_used) - set(jets)):
+        raise InputError(
+            f"formulas {missing} are not registered any more; register their kernel again, and make the field anew"
+        )
     return by_kind(jets) if kinds_used else _nothing
 
 

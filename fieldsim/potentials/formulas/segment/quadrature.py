@@ -1,0 +1,100 @@
+"""Segments under any smooth kernel of compact support, by quadrature of its law.
+
+Because such a kernel vanishes at its radius with its first derivative, F's derivatives are the integrals of the
+kernel's over the part of the segment within the radius, without terms of that part's ends (see `segment.compact`).
+"""
+
+import functools
+import math
+
+import numpy as np
+
+from fieldsim.errors import InputError
+from fieldsim.portable import hole, portable, real
+from fieldsim.potentials.formulas.segment.segment import segment_jet
+from fieldsim.potentials.kernels import Kernel
+from fieldsim.potentials.primitives.segment import Segment
+from fieldsim.potentials.registry import register
+
+# Exact for laws that are polynomials in r^2 of degree 15; others are smooth to rounding within their radius.
+COUNT = 16
+
+INDEX, NODE, WEIGHT = hole(), hole(), hole()
+others = hole("k")
+law = hole("r2, width, fold, times")
+nodes = hole("k")
+
+
+@portable
+def _last(k: int):
+    return real(NODE), real(WEIGHT)
+
+
+@portable
+def _node(k: int):
+    if k == INDEX:
+        return real(NODE), real(WEIGHT)
+    return others(k)
+
+
+@functools.cache
+def gauss_legendre(count: int):
+    """Portable (k) -> (node, weight) k of `count` on -1..1."""
+    points, weights = (column.tolist() for column in np.polynomial.legendre.leggauss(count))
+    rule = _last.bind(NODE=points[-1], WEIGHT=weights[-1])
+    for k in reversed(range(count - 1)):
+        rule = _node.bind(INDEX=k, NODE=points[k], WEIGHT=weights[k], others=rule)
+    return rule
+
+
+@portable
+def _segment(lo: real, rho2: real, length: real, radius: real, fold: real):
+    """Local derivatives for `segment_jet`."""
+    f = real(0.0)
+    along = real(0.0)
+    across = real(0.0)
+    along_along = real(0.0)
+    mixed = real(0.0)
+    bend = real(0.0)
+    rho = math.sqrt(rho2)
+    # The support's part of the line: |q| < k.
+    k2 = (radius - rho) * (radius + rho)
+    if k2 <= real(0.0):
+        return f, along, across, along_along, mixed, bend
+    k = math.sqrt(k2)
+    start = max(lo, -k)
+    half = real(0.5) * (min(lo + length, k) - start)
+    if lo >= -k and lo + length <= k:
+        half = real(0.5) * length
+    if half <= real(0.0):
+        return f, along, across, along_along, mixed, bend
+    for j in range(COUNT):
+        node, weight = nodes(j)
+        q = start + half + half * node
+        h, slope, curve = law(q * q + rho2, radius, fold, real(1.0))
+        f += weight * h
+        along += weight * q * slope
+        across += weight * slope
+        along_along += weight * (slope + real(2.0) * q * q * curve)
+        mixed += weight * q * curve
+        bend += weight * curve
+    twice = real(2.0) * half
+    return (
+        half * f,
+        twice * along,
+        twice * across,
+        twice * along_along,
+        real(2.0) * twice * rho * mixed,
+        real(2.0) * twice * rho2 * bend,
+    )
+
+
+def register_segments(kernel: type[Kernel]) -> None:
+    """Enter segments under a compact kernel into the registry, by quadrature of its law.
+
+    Its law must be smooth within its radius. Raises InputError for a kernel that does not end.
+    """
+    if not kernel.compact:
+        raise InputError(f"{kernel.__name__} has no end, where quadrature on segments could; derive Compact")
+    local = _segment.bind(law=kernel.law, nodes=gauss_legendre(COUNT))
+    register(kernel, Segment, segment_jet.bind(kernel=local))

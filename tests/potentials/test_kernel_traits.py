@@ -1,6 +1,7 @@
 """What kernels declare, held to their laws in many digits; laws as published; classes that lack a trait."""
 
 import dataclasses
+import itertools
 
 import mpmath
 import numpy as np
@@ -218,7 +219,7 @@ def greatest(function, kinks=()):
     ends = [mpf(0), *kinks, mpf(1)]
     tiny = mpf(10) ** -20
     places = []
-    for a, b in zip(ends[:-1], ends[1:], strict=True):
+    for a, b in itertools.pairwise(ends):
         places += [a + tiny, b - tiny, *(a + (b - a) * mpf(k) / 400 for k in range(1, 400))]
     near = max(places, key=function)
     left, right = max(near - mpf(1) / 400, tiny), min(near + mpf(1) / 400, 1 - tiny)

@@ -148,8 +148,14 @@ class Kernel:
         return None
 
     def log_slope(self, radius: float) -> float:
-        """How fast log F falls at `radius` from a primitive at least, where free bodies touch."""
-        raise NotImplementedError
+        """How fast log F falls at `radius` from a primitive at least, where free bodies touch.
+
+        Raises InputError for a kernel that does not tell.
+        """
+        raise InputError(
+            f"no contact of free bodies is known for a surface of {type(self).__name__}, which has no log_slope(radius); "
+            "give the body a surface of another kernel"
+        )
 
     @property
     def short_reach(self) -> float:

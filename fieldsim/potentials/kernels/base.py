@@ -153,8 +153,8 @@ class Kernel:
         Raises InputError for a kernel that does not tell.
         """
         raise InputError(
-            f"no contact of free bodies is known for a surface of {type(self).__name__}, which has no log_slope(radius); "
-            "give the body a surface of another kernel"
+            f"no contact of free bodies is known for a surface of {type(self).__name__}, which has no log_slope; give "
+            "the body a surface of another kernel"
         )
 
     @property

@@ -4,47 +4,17 @@ Because such a kernel vanishes at its radius with its first derivative, F's deri
 kernel's over the part of the segment within the radius, without terms of that part's ends (see `segment.compact`).
 """
 
-import functools
 import math
 
-import numpy as np
-
 from fieldsim.errors import InputError
+from fieldsim.numerics.quadrature import legendre_16
 from fieldsim.portable import hole, portable, real
 from fieldsim.potentials.formulas.segment.segment import segment_jet
 from fieldsim.potentials.kernels import Kernel
 from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.potentials.registry import register
 
-# Exact for laws that are polynomials in r^2 of degree 15; others are smooth to rounding within their radius.
-COUNT = 16
-
-INDEX, NODE, WEIGHT = hole(), hole(), hole()
-others = hole("k")
 law = hole("r2, width, fold, times")
-nodes = hole("k")
-
-
-@portable
-def _last(k: int):
-    return real(NODE), real(WEIGHT)
-
-
-@portable
-def _node(k: int):
-    if k == INDEX:
-        return real(NODE), real(WEIGHT)
-    return others(k)
-
-
-@functools.cache
-def gauss_legendre(count: int):
-    """Portable (k) -> (node, weight) k of `count` on -1..1."""
-    points, weights = (column.tolist() for column in np.polynomial.legendre.leggauss(count))
-    rule = _last.bind(NODE=points[-1], WEIGHT=weights[-1])
-    for k in reversed(range(count - 1)):
-        rule = _node.bind(INDEX=k, NODE=points[k], WEIGHT=weights[k], others=rule)
-    return rule
 
 
 @portable
@@ -68,8 +38,11 @@ def _segment(lo: real, rho2: real, length: real, radius: real, fold: real):
         half = real(0.5) * length
     if half <= real(0.0):
         return f, along, across, along_along, mixed, bend
-    for j in range(COUNT):
-        node, weight = nodes(j)
+    # Sixteen nodes are exact for laws that are polynomials in r^2 of degree 15.
+    for j in range(16):
+        node, weight = legendre_16(min(j, 15 - j))
+        if j > 7:
+            node = -node
         q = start + half + half * node
         h, slope, curve = law(q * q + rho2, radius, fold, real(1.0))
         f += weight * h
@@ -96,5 +69,5 @@ def register_segments(kernel: type[Kernel]) -> None:
     """
     if not kernel.compact:
         raise InputError(f"{kernel.__name__} has no end, where quadrature on segments could; derive Compact")
-    local = _segment.bind(law=kernel.law, nodes=gauss_legendre(COUNT))
+    local = _segment.bind(law=kernel.law)
     register(kernel, Segment, segment_jet.bind(kernel=local))

@@ -11,7 +11,6 @@ from mpmath import mp, mpf
 from fieldsim.errors import InputError
 from fieldsim.portable import portable, real
 from fieldsim.potentials import registry
-from fieldsim.potentials.bounds import reach
 from fieldsim.potentials.kernels import base
 from fieldsim.potentials.kernels.base import FINITE, Compact, Diverges, Kernel, PowerLaw, Whole
 from fieldsim.potentials.kernels.cauchy import Cauchy
@@ -21,6 +20,7 @@ from fieldsim.potentials.kernels.metaball import Metaball
 from fieldsim.potentials.kernels.newtonian import Newtonian
 from fieldsim.potentials.kernels.quartic import Quartic
 from fieldsim.potentials.kernels.soft_object import SoftObject
+from fieldsim.potentials.primitives import profile
 
 KERNELS = registry.kernels()
 FAMILIES = {family: [k for k in KERNELS if issubclass(k, family)] for family in (PowerLaw, Compact)}
@@ -255,8 +255,8 @@ def test_the_share_of_the_support_over_which_it_changes(kernel):
 
 def test_what_profiles_may_exceed_their_probes_by():
     # Markov: |p'| <= 2 n^2 max|p| on 0..1, and half a step is left between probes.
-    change = 2 * 12**2 * 0.5 * (reach._PROBES[1] - reach._PROBES[0])
-    assert 1.0 / (1.0 - change) <= reach._BETWEEN
+    change = 2 * 12**2 * 0.5 * (profile._PROBES[1] - profile._PROBES[0])
+    assert 1.0 / (1.0 - change) <= profile._BETWEEN
 
 
 def test_short_reaches():

@@ -34,7 +34,7 @@ def kernel_of(kind: type, radius: float, blobbiness: float) -> Kernel:
 
 
 def strength(kernel: Kernel, radius: float, dimension: int) -> tuple[float, float]:
-    """(strength, fold) that put F = 1 at `radius` from a point, a whole line or a whole plane; see `registry`.
+    """(strength, fold) that put F = 1 at `radius` from a point, a whole line or a whole plane; see `row`.
 
     Raises InputError where that field is infinite, or ends before the radius.
     """

@@ -10,11 +10,8 @@ import math
 from fieldsim.numerics.compensated import half_digits, split_at, two_difference
 from fieldsim.numerics.constants import TAU
 from fieldsim.portable import Table, hole, portable, real
-from fieldsim.potentials.formulas.triangle.compact import metaball_levels
-from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Metaball, Newtonian, Quartic, SoftObject
+from fieldsim.potentials.formulas.triangle.metaball import metaball_levels
 from fieldsim.potentials.kernels.gaussian import EXPONENT_LIMIT
-from fieldsim.potentials.primitives.plane import Plane
-from fieldsim.potentials.registry import register
 from fieldsim.potentials.row import FOLD, KERNEL_WIDTH, NORMAL_X, POINT_X, STRENGTH, from_point, normal_of
 
 # Closer to the plane than this part of the offset from its point, the height is computed with care.
@@ -95,7 +92,7 @@ def metaball_plane(z: real, radius: real, fold: real):
 def close_height(x: real, y: real, z: real, rows: Table, i: int, reach: real):
     """The height above the plane to 2^-76 (float32: 2^-34) of `reach`, the largest of the offset's coordinates.
 
-    As `arc_jet.close_to_the_ring`: offsets carry their rounding error along, and factors are split in two halves of
+    As `close_to_the_ring` of arcs: offsets carry their rounding error along, and factors are split in two halves of
     their digits, whose leading products are exact (a compiler may fuse them) and cancel exactly.
     """
     unit = real(4.0) * half_digits()
@@ -121,7 +118,8 @@ kernel = hole("z, width, fold")
 
 
 @portable
-def _element(x: real, y: real, z: real, rows: Table, i: int):
+def plane_jet(x: real, y: real, z: real, rows: Table, i: int):
+    """Jet of a plane. `kernel(z, width, fold)` returns (F, dF/dz, d2F/dz2) at height z."""
     nx, ny, nz = normal_of(rows, i)
     dx, dy, dz = from_point(x, y, z, rows, i)
     height = dx * nx + dy * ny + dz * nz
@@ -146,11 +144,7 @@ def _element(x: real, y: real, z: real, rows: Table, i: int):
     )
 
 
-register(Cauchy, Plane, _element.bind(kernel=cauchy_plane))
-register(Gaussian, Plane, _element.bind(kernel=gaussian_plane))
-register(InverseSquare, Plane, _element.bind(kernel=inverse_square_plane))
-register(Metaball, Plane, _element.bind(kernel=metaball_plane))
-register(Newtonian, Plane, _element.bind(kernel=newtonian_plane))
-for _kernel in (Quartic, SoftObject):
-    _square, _cube = _kernel.coefficients()
-    register(_kernel, Plane, _element.bind(kernel=_polynomial_plane.bind(c2=_square, c3=_cube)))
+def polynomial_plane(kernel):
+    """The local derivatives for `plane_jet` under a kernel that is a polynomial."""
+    square, cube = kernel.coefficients()
+    return _polynomial_plane.bind(c2=square, c3=cube)

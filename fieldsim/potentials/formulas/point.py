@@ -3,7 +3,7 @@
 import math
 
 from fieldsim.portable import Table, hole, portable, real
-from fieldsim.potentials.kernels import Cauchy, Gaussian, Kernel, Newtonian
+from fieldsim.potentials.kernels import Kernel
 from fieldsim.potentials.primitives.point import Point
 from fieldsim.potentials.registry import register
 from fieldsim.potentials.row import FOLD, KERNEL_WIDTH, STRENGTH, from_point
@@ -51,7 +51,3 @@ def point_jet(x: real, y: real, z: real, rows: Table, i: int):
 def register_points(kernel: type[Kernel]) -> None:
     """Enter points under a kernel into the registry."""
     register(kernel, Point, point_jet.bind(law=kernel.law))
-
-
-for _kernel in (Cauchy, Gaussian, Newtonian):
-    register_points(_kernel)

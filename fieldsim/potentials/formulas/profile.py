@@ -3,10 +3,6 @@
 import math
 
 from fieldsim.portable import Table, hole, portable, real
-from fieldsim.potentials import registry
-from fieldsim.potentials.primitives.arc import Arc
-from fieldsim.potentials.primitives.profile import ProfiledArc, ProfiledSegment
-from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.potentials.row import (
     ANGLE,
     FIRST_COEFFICIENT,
@@ -57,7 +53,7 @@ def _factor(u: real, rows: Table, i: int):
 
 
 @portable
-def _along_segment(x: real, y: real, z: real, rows: Table, i: int):
+def along_segment(x: real, y: real, z: real, rows: Table, i: int):
     """u, its gradient, and its Hessian's six entries."""
     inverse = real(1.0) / rows[i, LENGTH]
     ux, uy, uz = axis_of(rows, i)
@@ -71,7 +67,7 @@ def _along_segment(x: real, y: real, z: real, rows: Table, i: int):
 
 
 @portable
-def _along_arc(x: real, y: real, z: real, rows: Table, i: int):
+def along_arc(x: real, y: real, z: real, rows: Table, i: int):
     """u, its gradient, and its Hessian's six entries; 1/2 and 0 on the axis."""
     sx, sy, sz = first_of(rows, i)
     nx, ny, nz = normal_of(rows, i)
@@ -122,7 +118,7 @@ jet = hole("x, y, z, rows, i")
 
 @portable
 def profiled_jet(x: real, y: real, z: real, rows: Table, i: int):
-    """Jet of a profiled primitive from its own `jet` and its parameter `along` (bound below).
+    """Jet of a profiled primitive from its own `jet` and its parameter `along`.
 
     On a bare wire: inf of the factor's sign, 0 where the factor is 0; infinite parts of derivatives are left out.
     """
@@ -148,12 +144,3 @@ def profiled_jet(x: real, y: real, z: real, rows: Table, i: int):
         p * fxz + p1 * (ux * fz + uz * fx) + s2 * ux * uz + s1 * uxz,
         p * fyz + p1 * (uy * fz + uz * fy) + s2 * uy * uz + s1 * uyz,
     )
-
-
-for _plain, _primitive, _along in (
-    (Segment, ProfiledSegment, _along_segment),
-    (Arc, ProfiledArc, _along_arc),
-):
-    for _kernel in [kernel for kernel, primitive in registry.FORMULAS if primitive is _plain]:
-        _jet = profiled_jet.bind(jet=registry.FORMULAS[_kernel, _plain].jet, along=_along)
-        registry.register(_kernel, _primitive, _jet)

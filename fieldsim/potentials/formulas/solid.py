@@ -20,10 +20,7 @@ from fieldsim.numerics.constants import THIRD
 from fieldsim.numerics.elementary import log1p
 from fieldsim.numerics.precision import is_single
 from fieldsim.portable import Table, hole, portable, real
-from fieldsim.potentials import registry
-from fieldsim.potentials.formulas.segment.segment import beside_line
-from fieldsim.potentials.kernels import Newtonian
-from fieldsim.potentials.primitives.face import Face
+from fieldsim.potentials.formulas.segment.frame import beside_line
 from fieldsim.potentials.row import (
     CORNER_A_X,
     CORNER_B_X,
@@ -87,7 +84,7 @@ s_7 = hole()
 
 @portable
 def _line_and_angle(d: real, w: real, rho2: real, lo: real, length: real):
-    """Integral of 1/r along an edge, and its part of the solid angle seen from height w; see `triangle_edges.view`."""
+    """Integral of 1/r along an edge, and its part of the solid angle seen from height w; see `angles` of triangles."""
     hi = lo + length
     r_lo = math.sqrt(lo * lo + rho2)
     r_hi = math.sqrt(hi * hi + rho2)
@@ -275,6 +272,3 @@ def face_jet(x: real, y: real, z: real, rows: Table, i: int):
         -half * (nx * tz + nz * tx),
         -half * (ny * tz + nz * ty),
     )
-
-
-registry.register(Newtonian, Face, face_jet)

@@ -209,7 +209,7 @@ def describe_kernel(kinds_used):
 
 
 class Referee:
-    """Surface elements (see `registry`) in float64 on a device, whose surface F = 1 rays meet.
+    """Surface elements in float64 on a device, whose surface F = 1 rays meet.
 
     Raises InputError for a formula whose field's growth has no known bound. steps: evaluations of the field for the
     last rays, (N,).

@@ -2,7 +2,7 @@
 
 With R the radius, near2 = (rho - R)^2 + z^2 and far2 = (rho + R)^2 + z^2 are the squared distances of the wire's
 nearest and farthest points. All sums below keep their digits on the axis and next to the wire. A source point seen over
-the half angle v (as in `arc`) lies at the offset (inner cos^2 v + outer sin^2 v, -2 R sin v cos v, z) from the query,
+the half angle v (as in `frame`) lies at the offset (inner cos^2 v + outer sin^2 v, -2 R sin v cos v, z) from the query,
 with inner = rho - R, outer = rho + R; the Hessian is made of the integrals of its parts' products.
 """
 
@@ -12,11 +12,8 @@ from fieldsim.numerics.bessel import bessel_scaled
 from fieldsim.numerics.constants import TAU
 from fieldsim.numerics.elliptic import elliptic_dv
 from fieldsim.portable import Table, hole, portable, real
-from fieldsim.potentials.formulas.arc.jet import plain_offset, ring_offset
-from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
+from fieldsim.potentials.formulas.axial import axial_hessian
 from fieldsim.potentials.kernels.gaussian import EXPONENT_LIMIT
-from fieldsim.potentials.primitives.circle import Circle
-from fieldsim.potentials.registry import register
 from fieldsim.potentials.row import FOLD, KERNEL_WIDTH, RADIUS, STRENGTH, from_center, normal_of
 
 # Ratio of squared distances below which a bare wire may overflow what its field is made of.
@@ -128,7 +125,39 @@ def newtonian_circle(rho: real, inner: real, z: real, radius: real, softening: r
     )
 
 
+@portable
+def inverse_square_circle(rho: real, inner: real, z: real, radius: real, softening: real, fold: real):
+    """Local derivatives for `circle_jet`. Relative error 1e-14 off the wire, as `inverse_square_arc`, t being pi.
+
+    On a bare wire F is inf and the derivatives are 0, as they are where they overflow next to it.
+    """
+    outer = rho + radius
+    height2 = z * z + softening * softening
+    near2 = inner * inner + height2
+    if near2 == real(0.0):
+        zero = real(0.0)
+        return real(math.inf), zero, zero, zero, zero, zero
+    i_near = real(1.0) / near2
+    i_far = real(1.0) / (outer * outer + height2)
+    f = real(math.pi) * real(2.0) * radius * math.sqrt(i_near) * math.sqrt(i_far)
+    across = -real(2.0) * f * ((inner * outer + height2) * i_near * i_far)
+    isotropic = -f * (i_near + i_far)
+    # Squares of offsets, which are at most near2, with the fourth power of the cosine.
+    a = inner * i_near
+    b = z * i_near
+    c = outer * i_far
+    d = z * i_far
+    radial = f * (real(3.0) * a * a + real(2.0) * a * c + real(3.0) * c * c)
+    along = f * (real(3.0) * b * b + real(2.0) * b * d + real(3.0) * d * d)
+    mixed = f * (real(3.0) * a * b + a * d + b * c + real(3.0) * c * d)
+    if not abs(across + radial + along + isotropic) < real(math.inf):
+        zero = real(0.0)
+        return f, zero, zero, zero, zero, zero
+    return f, across, z * isotropic, isotropic + radial, isotropic + along, mixed
+
+
 kernel = hole("rho, inner, z, radius, width, fold")
+
 offset = hole("x, y, z, rows, i, rho, height")
 
 
@@ -161,28 +190,5 @@ def circle_jet(x: real, y: real, z: real, rows: Table, i: int):
     bend = radial * rows[i, STRENGTH] - across
     lift = along_along * rows[i, STRENGTH] - across
     mixed *= rows[i, STRENGTH]
-    if rho > real(0.0):
-        wx /= rho
-        wy /= rho
-        wz /= rho
-    return (
-        f,
-        gx,
-        gy,
-        gz,
-        across + lift * nx * nx + real(2.0) * mixed * nx * wx + bend * wx * wx,
-        across + lift * ny * ny + real(2.0) * mixed * ny * wy + bend * wy * wy,
-        across + lift * nz * nz + real(2.0) * mixed * nz * wz + bend * wz * wz,
-        lift * nx * ny + mixed * (nx * wy + ny * wx) + bend * wx * wy,
-        lift * nx * nz + mixed * (nx * wz + nz * wx) + bend * wx * wz,
-        lift * ny * nz + mixed * (ny * wz + nz * wy) + bend * wy * wz,
-    )
-
-
-for _kernel, _local, _offset in (
-    (Cauchy, cauchy_circle, plain_offset),
-    (Gaussian, gaussian_circle, plain_offset),
-    (Newtonian, newtonian_circle, ring_offset),
-):
-    _jet = circle_jet.bind(kernel=_local, offset=_offset)
-    register(_kernel, Circle, _jet)
+    xx, yy, zz, xy, xz, yz = axial_hessian(across, lift, mixed, bend, nx, ny, nz, wx, wy, wz, rho)
+    return f, gx, gy, gz, xx, yy, zz, xy, xz, yz

@@ -1,4 +1,4 @@
-"""Partial arcs under the Gaussian: the integral of exp(-2 k sin^2 v) over the half angle v (see `arc`).
+"""Partial arcs under the Gaussian: the integral of exp(-2 k sin^2 v) over the half angle v (see `frame`).
 
 The range of v, folded by symmetry to lie about a positive middle, is cut off where its rest no longer counts and
 integrated in panels of sixteen Gauss-Legendre nodes in tan((v - middle) / 2): positive terms, one exponential each. Of
@@ -190,16 +190,35 @@ def _range_integrals(low: real, width: real, k2: real, top: real, lift: real, fa
 
 
 @portable
+def _extremes(c0: real, s0: real, c1: real, s1: real, k2: real, spread: real):
+    """sin^2 v at the end where the exponent is greatest and where it is greatest of all, and its fall over the range.
+
+    The range starts at v0 <= 0 and has the peak, v = 0, if v1 >= 0.
+    """
+    low_square = s0 * s0
+    if spread < real(0.0):
+        low_square = s1 * s1
+    top = low_square
+    drop = k2 * abs(spread)
+    if s1 >= real(0.0):
+        top = real(0.0)
+        drop = real(0.0)
+    elif c0 < real(0.0) and c1 > real(0.0):
+        drop = real(2.0) * k2 * (real(1.0) - top)
+    return low_square, top, min(drop, real(2.0) * _cut())
+
+
+@portable
 def gaussian_arc(
     rho: real,
     inner: real,
     z: real,
     radius: real,
+    angle: real,
     c0: real,
     s0: real,
     c1: real,
     s1: real,
-    half: real,
     turn: real,
     versine: real,
     a: real,
@@ -210,26 +229,16 @@ def gaussian_arc(
     Error 1e-13 of the value and of the force's scale, 2 a^2 (rho + R) times the value, wherever the arc's nearest point
     counts (the exponent is not below -100): the pulls of two ends alike cancel in part.
     """
+    half = real(0.5) * angle
     a2 = a * a
     base = fold - a2 * (inner * inner + z * z)
     if base < real(NOTHING):
         zero = real(0.0)
         return zero, zero, zero, zero, zero, zero, zero, zero, zero, zero
     k2 = real(4.0) * a2 * rho * radius
-    # The least and the greatest exponent at the ends; the range, which starts at v0 <= 0, has the peak if v1 >= 0.
     spread = turn * (s0 * c1 + c0 * s1)
     fall = k2 * abs(spread)
-    low_square = s0 * s0
-    if spread < real(0.0):
-        low_square = s1 * s1
-    top = low_square
-    drop = fall
-    if s1 >= real(0.0):
-        top = real(0.0)
-        drop = real(0.0)
-    elif c0 < real(0.0) and c1 > real(0.0):
-        drop = real(2.0) * k2 * (real(1.0) - top)
-    drop = min(drop, real(2.0) * _cut())
+    low_square, top, drop = _extremes(c0, s0, c1, s1, k2, spread)
     if base - k2 * top < real(NOTHING):
         zero = real(0.0)
         return zero, zero, zero, zero, zero, zero, zero, zero, zero, zero

@@ -15,12 +15,7 @@ from fieldsim.numerics.elliptic import carlson_d_pair
 from fieldsim.numerics.quadrature import legendre_12
 from fieldsim.numerics.sine_integrals import sine_powers
 from fieldsim.portable import portable, real
-from fieldsim.potentials.formulas.arc.compact import middle, reach
-from fieldsim.potentials.formulas.arc.jet import arc_jet, no_ends, ring_offset
-from fieldsim.potentials.kernels import Metaball
-from fieldsim.potentials.primitives.arc import Arc
-from fieldsim.potentials.primitives.circle import Circle
-from fieldsim.potentials.registry import register
+from fieldsim.potentials.formulas.arc.polynomial import middle, reach
 
 
 @portable
@@ -136,28 +131,12 @@ def _shell(start: real, width: real, near2: real, p: real):
 
 
 @portable
-def metaball_arc(
-    rho: real,
-    inner: real,
-    z: real,
-    radius: real,
-    angle: real,
-    c0: real,
-    s0: real,
-    c1: real,
-    s1: real,
-    turn: real,
-    versine: real,
-    support: real,
-    fold: real,
-):
-    """Jet for `arc_jet`. Error < 1e-14 of the peak over the part inside the support."""
-    third = support / real(3.0)
-    v_in = reach(rho, inner, z, radius, third)
-    v_out = reach(rho, inner, z, radius, support)
-    near2 = inner * inner + z * z
-    p = real(4.0) * rho * radius
-    # The arc, mirrored so that its middle lies at a positive angle, and its three folded pieces.
+def _folded(angle: real, c0: real, s0: real):
+    """The arc, mirrored so that its middle lies at a positive angle: where it is cut into three pieces to fold.
+
+    Returns the angle at which it starts, its width, what of it lies before 0 and beyond pi / 2, the sign of odd
+    integrands and how often the arc counts.
+    """
     v = middle(angle, c0, s0)
     side = real(1.0)
     if v < real(0.0):
@@ -172,58 +151,53 @@ def metaball_arc(
         times = real(2.0)
         side = real(0.0)
     low = v - real(0.5) * width
-    before = max(-low, real(0.0))
-    beyond = max(v + real(0.5) * width - real(HALF_PI), real(0.0))
-    # Integrals over the ball (w) and the shell.
-    ball = real(0.0)
-    ball_s = real(0.0)
-    ball_sc = real(0.0)
-    shell = real(0.0)
-    s = real(0.0)
-    sc = real(0.0)
-    one_1 = real(0.0)
-    s_1 = real(0.0)
-    sc_1 = real(0.0)
-    n_3 = real(0.0)
-    s_3 = real(0.0)
-    ss_3 = real(0.0)
-    sc_3 = real(0.0)
-    ssc_3 = real(0.0)
-    for k in range(3):
-        start = max(low, real(0.0))
-        piece = width - before - beyond
-        sign = side
-        if k == 1:
-            start = real(0.0)
-            piece = before
-            sign = -side
-        if k == 2:
-            start = real(HALF_PI) - beyond
-            piece = beyond
-            sign = -side
-        # The pieces' cuts are offsets from the start, so that parts of the shortest arcs add up.
-        inside = min(max(v_in - start, real(0.0)), piece)
-        rest = min(max(v_out - start, real(0.0)), piece) - inside
-        if inside > real(0.0):
-            sin, cos = sine_cosine(start)
-            sin_half, cos_half = sine_cosine(real(0.5) * inside)
-            squares, products, _, _ = _plain(sin, cos, sin_half, cos_half, inside)
-            ball += inside
-            ball_s += squares
-            ball_sc += sign * products
-        if rest > real(0.0):
-            m0, m1, m2, m3, m4, m5, m6, m7, m8, m9 = _shell(start + inside, rest, near2, p)
-            shell += rest
-            s += m0
-            sc += sign * m1
-            one_1 += m2
-            s_1 += m3
-            sc_1 += sign * m4
-            n_3 += m5
-            s_3 += m6
-            ss_3 += m7
-            sc_3 += sign * m8
-            ssc_3 += sign * m9
+    return low, width, max(-low, real(0.0)), max(v + real(0.5) * width - real(HALF_PI), real(0.0)), side, times
+
+
+@portable
+def _piece(k: int, low: real, width: real, before: real, beyond: real, side: real):
+    """Start, width and sign of odd integrands of the folded piece k."""
+    if k == 1:
+        return real(0.0), before, -side
+    if k == 2:
+        return real(HALF_PI) - beyond, beyond, -side
+    return max(low, real(0.0)), width - before - beyond, side
+
+
+@portable
+def _ball(start: real, width: real):
+    """Integrals of sin^2 v and sin v cos v over a piece of the inner ball."""
+    sin, cos = sine_cosine(start)
+    sin_half, cos_half = sine_cosine(real(0.5) * width)
+    squares, products, _, _ = _plain(sin, cos, sin_half, cos_half, width)
+    return squares, products
+
+
+@portable
+def _of_moments(
+    inner: real,
+    z: real,
+    radius: real,
+    near2: real,
+    p: real,
+    support: real,
+    times: real,
+    ball: real,
+    ball_s: real,
+    ball_sc: real,
+    shell: real,
+    s: real,
+    sc: real,
+    one_1: real,
+    s_1: real,
+    sc_1: real,
+    n_3: real,
+    s_3: real,
+    ss_3: real,
+    sc_3: real,
+    ssc_3: real,
+):
+    """The jet from the moments over the ball and the shell; times: how often they count."""
     # The offset from a source point is (inner + 2 R sin^2, -2 R sin cos, z); both kernels' parts are summed with it.
     per = real(1.0) / support
     twice = real(2.0) * radius
@@ -254,5 +228,69 @@ def metaball_arc(
     )
 
 
-for _primitive in (Arc, Circle):
-    register(Metaball, _primitive, arc_jet.bind(kernel=metaball_arc, offset=ring_offset, ends=no_ends))
+@portable
+def metaball_arc(
+    rho: real,
+    inner: real,
+    z: real,
+    radius: real,
+    angle: real,
+    c0: real,
+    s0: real,
+    c1: real,
+    s1: real,
+    turn: real,
+    versine: real,
+    support: real,
+    fold: real,
+):
+    """Jet for `arc_jet`. Error < 1e-14 of the peak over the part inside the support."""
+    v_in = reach(rho, inner, z, radius, support / real(3.0))
+    v_out = reach(rho, inner, z, radius, support)
+    near2 = inner * inner + z * z
+    p = real(4.0) * rho * radius
+    low, width, before, beyond, side, times = _folded(angle, c0, s0)
+    # Integrals over the ball (w) and the shell.
+    ball = real(0.0)
+    ball_s = real(0.0)
+    ball_sc = real(0.0)
+    shell = real(0.0)
+    s = real(0.0)
+    sc = real(0.0)
+    one_1 = real(0.0)
+    s_1 = real(0.0)
+    sc_1 = real(0.0)
+    n_3 = real(0.0)
+    s_3 = real(0.0)
+    ss_3 = real(0.0)
+    sc_3 = real(0.0)
+    ssc_3 = real(0.0)
+    for k in range(3):
+        start, piece, sign = _piece(k, low, width, before, beyond, side)
+        # The pieces' cuts are offsets from the start, so that parts of the shortest arcs add up.
+        inside = min(max(v_in - start, real(0.0)), piece)
+        rest = min(max(v_out - start, real(0.0)), piece) - inside
+        if inside > real(0.0):
+            squares, products = _ball(start, inside)
+            ball += inside
+            ball_s += squares
+            ball_sc += sign * products
+        if rest > real(0.0):
+            m0, m1, m2, m3, m4, m5, m6, m7, m8, m9 = _shell(start + inside, rest, near2, p)
+            shell += rest
+            s += m0
+            sc += sign * m1
+            one_1 += m2
+            s_1 += m3
+            sc_1 += sign * m4
+            n_3 += m5
+            s_3 += m6
+            ss_3 += m7
+            sc_3 += sign * m8
+            ssc_3 += sign * m9
+    # fmt: off
+    return _of_moments(
+        inner, z, radius, near2, p, support, times,
+        ball, ball_s, ball_sc, shell, s, sc, one_1, s_1, sc_1, n_3, s_3, ss_3, sc_3, ssc_3,
+    )
+    # fmt: on

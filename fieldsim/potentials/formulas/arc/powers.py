@@ -1,10 +1,10 @@
-"""Integrals over an arc of powers of 1 / d^2: what rational kernels on arcs are made of (notation as in `arc`).
+"""Integrals over an arc of powers of 1 / d^2: what rational kernels on arcs are made of (notation as in `frame`).
 
 With m = near2 / far2 and all lengths in units of sqrt(far2), d^2 = m cos^2 v + sin^2 v, and the eccentric angle
 tan(psi) = tan(v) / sqrt(m) makes dv / d^2 = dpsi / sqrt(m), cos^2 v / d^2 = cos^2 psi / m and sin^2 v / d^2 =
 sin^2 psi. So integrals of even powers of cos v and sin v over that power of d and one more d^2 are those of even powers
 of cos(psi) and sin(psi). In the range t of psi and the products of the ends' cosines and sines, they come down to the
-integrals of sin^2, sin^4 and sin^6 from 0 to t. As in `line_integrals.inverse_powers`, each of these follows from the
+integrals of sin^2, sin^4 and sin^6 from 0 to t. As in `segment.inverse_powers`, each of these follows from the
 next by a sum of positive terms, without an arctangent and, up to a branchless choice beyond a right angle, without a
 case; none is lost as m -> 0.
 """

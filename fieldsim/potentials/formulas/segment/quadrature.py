@@ -9,7 +9,7 @@ import math
 from fieldsim.errors import InputError
 from fieldsim.numerics.quadrature import legendre_16
 from fieldsim.portable import hole, portable, real
-from fieldsim.potentials.formulas.segment.segment import segment_jet
+from fieldsim.potentials.formulas.segment.frame import segment_jet
 from fieldsim.potentials.kernels import Kernel
 from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.potentials.registry import register

@@ -1,6 +1,6 @@
 """Segments whose density changes evenly from end to end: a tapered cigar.
 
-In the coordinates of `segment` (q outward from the end nearer to the query point, covering lo..lo + length), with
+In the coordinates of `frame` (q outward from the end nearer to the query point, covering lo..lo + length), with
 density w_near there and w_far at the other end,
 
     F = w_near S + (w_far - w_near) / length * M,     S = integral of h dq,     M = integral of (q - lo) h dq,
@@ -12,10 +12,9 @@ import math
 
 from fieldsim.numerics.quadrature import unit_legendre_8
 from fieldsim.portable import Table, portable, real
-from fieldsim.potentials.formulas.segment.segment import beside_line, newtonian_segment
-from fieldsim.potentials.kernels import Newtonian
-from fieldsim.potentials.primitives.tapered import TaperedSegment
-from fieldsim.potentials.registry import register
+from fieldsim.potentials.formulas.axial import axial_hessian
+from fieldsim.potentials.formulas.segment.frame import beside_line
+from fieldsim.potentials.formulas.segment.newtonian import newtonian_segment
 from fieldsim.potentials.row import END_DENSITY, END_X, KERNEL_WIDTH, LENGTH, START_DENSITY, START_X, STRENGTH, axis_of
 
 
@@ -119,22 +118,5 @@ def tapered_jet(x: real, y: real, z: real, rows: Table, i: int):
     gy = slope * uy + across * wy
     gz = slope * uz + across * wz
     rho = math.sqrt(rho2)
-    if rho > real(0.0):
-        wx /= rho
-        wy /= rho
-        wz /= rho
-    return (
-        strength * f,
-        gx,
-        gy,
-        gz,
-        across + lift * ux * ux + real(2.0) * mixed * ux * wx + bend * wx * wx,
-        across + lift * uy * uy + real(2.0) * mixed * uy * wy + bend * wy * wy,
-        across + lift * uz * uz + real(2.0) * mixed * uz * wz + bend * wz * wz,
-        lift * ux * uy + mixed * (ux * wy + uy * wx) + bend * wx * wy,
-        lift * ux * uz + mixed * (ux * wz + uz * wx) + bend * wx * wz,
-        lift * uy * uz + mixed * (uy * wz + uz * wy) + bend * wy * wz,
-    )
-
-
-register(Newtonian, TaperedSegment, tapered_jet)
+    xx, yy, zz, xy, xz, yz = axial_hessian(across, lift, mixed, bend, ux, uy, uz, wx, wy, wz, rho)
+    return strength * f, gx, gy, gz, xx, yy, zz, xy, xz, yz

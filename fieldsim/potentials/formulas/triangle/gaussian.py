@@ -1,4 +1,4 @@
-"""Triangles under the Gaussian, edge by edge; interfaces as in `triangle_edges`.
+"""Triangles under the Gaussian, edge by edge; interfaces as in `edges`.
 
 In units of 1/a, F = exp(-z^2) / a^2 times half the sum over the edges of the integral of d (1 - exp(-d^2 - t^2)) /
 (d^2 + t^2) dt, and F_z = -2 a^2 z F. That integrand is smooth everywhere, and over a short edge twelve Gauss-Legendre
@@ -10,12 +10,10 @@ import math
 from fieldsim.numerics.owen import BEYOND, line_of_sight, tail, wedge
 from fieldsim.numerics.quadrature import legendre_12
 from fieldsim.portable import portable, real
-from fieldsim.potentials.formulas.segment.segment import gaussian_segment
-from fieldsim.potentials.formulas.triangle.edges import formula
+from fieldsim.potentials.formulas.segment.gaussian import gaussian_segment
+from fieldsim.potentials.formulas.triangle.edges import triangle_formula
 from fieldsim.potentials.kernels import Gaussian
 from fieldsim.potentials.kernels.gaussian import EXPONENT_LIMIT
-from fieldsim.potentials.primitives.triangle import Triangle
-from fieldsim.potentials.registry import register
 
 # In units of 1/a: farther outside than OUTSIDE the angles are left out, which sum up to nothing and would drown what is
 # left of thin triangles. Edges shorter than SHORT, on which the exponent falls by less than FALL, take twelve nodes;
@@ -155,4 +153,4 @@ def gaussian_gone(away: real, size: real, a: real):
     return a * (math.sqrt(away) - size) > real(34.0)
 
 
-register(Gaussian, Triangle, formula(Gaussian, gaussian_edge, gaussian_total, gaussian_far, gaussian_gone))
+gaussian_triangle_jet = triangle_formula(Gaussian, gaussian_edge, gaussian_total, gaussian_far, gaussian_gone)

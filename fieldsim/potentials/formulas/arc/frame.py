@@ -1,4 +1,20 @@
-"""From an arc's local derivatives to value, gradient and Hessian in space.
+"""Arcs in their local invariants, and from local derivatives to value, gradient and Hessian in space.
+
+The query point lies at distance rho from the axis and height z above the plane. A source point at angle u from the
+query's azimuth is seen over the half angle v = u / 2: with near2 = (rho - R)^2 + z^2 and far2 = (rho + R)^2 + z^2
+
+    d^2 = near2 cos^2 v + far2 sin^2 v,        F = 2 R integral of h(d) dv from v0 to v1 = v0 + angle / 2.
+
+The ends enter as cosines and sines (c0, s0), (c1, s1) of v0 and v1, in products that keep their digits for the shortest
+arcs and next to the ends; turn = sin(angle / 2), versine = 1 - cos(angle / 2). A kernel's function takes these, in the
+order of `ARC`, and returns the jet in the frame of `arc_jet`, made of integrals of products of the offset from a source
+point to the query,
+
+    (inner cos^2 v + outer sin^2 v, -2 R sin v cos v, z),        inner = rho - R, outer = rho + R.
+
+Odd in v, integrals of sin v cos v are differences of end values, as dF/dphi = R (h(d0) - h(d1)) is; what they have in
+common is d1^2 - d0^2 = 4 R rho turn sin(v0 + v1). Squares of inner and z, which are at most near2, multiply integrals
+of cos^4 v, so that each product keeps its digits next to the wire.
 
 Closer to a bare source than the type can hold them, derivatives are 0, as on it.
 """
@@ -24,6 +40,8 @@ from fieldsim.potentials.row import (
     normal_of,
 )
 
+# What a kernel on an arc is asked, in this order (`hole` sees to that); width and fold are the kernel's.
+ARC = "rho, inner, z, radius, angle, c0, s0, c1, s1, turn, versine, width, fold"
 # Closer to the ring than this part of its radius, the offset from it is computed with care.
 CLOSE = 0.125
 
@@ -130,19 +148,28 @@ def sharp_ends(x: real, y: real, z: real, rows: Table, i: int, rho: real, near: 
     return s0, c1, s1, turn, versine
 
 
-kernel = hole("rho, inner, z, radius, angle, c0, s0, c1, s1, turn, versine, width, fold")
+@portable
+def _direction(p: real, q: real, rho: real):
+    """Cosine and sine of the azimuth of (p, q), at distance rho from the axis; 1 and 0 on it."""
+    if rho > real(0.0):
+        inverse = real(1.0) / rho
+        return p * inverse, q * inverse
+    return real(1.0), real(0.0)
+
+
+kernel = hole(ARC)
+
 offset = hole("x, y, z, rows, i, rho, height")
+
 ends = hole("x, y, z, rows, i, rho, near, c0, s0")
 
 
 @portable
 def arc_jet(x: real, y: real, z: real, rows: Table, i: int):
-    """Jet of an arc or circle, in the coordinates of `arc`.
+    """Jet of an arc or circle.
 
-    `kernel(rho, inner, z, radius, angle, c0, s0, c1, s1, turn, versine, width, fold)` returns the jet in the
-    orthonormal frame of the query's radial direction, the azimuthal one and the normal; inner = rho - radius, and
-    (c0, s0) are the cosine and sine of v0, half the angle from the query's azimuth to the start, in (-pi, 0]; (c1, s1)
-    of v1 = v0 + angle / 2, and turn = sin(angle / 2), versine = 1 - cos(angle / 2).
+    `kernel` takes `ARC` and returns the jet in the orthonormal frame of the query's radial direction, the azimuthal one
+    and the normal. v0, half the angle from the query's azimuth to the start, lies in (-pi, 0].
     """
     ux, uy, uz = first_of(rows, i)
     nx, ny, nz = normal_of(rows, i)
@@ -153,12 +180,7 @@ def arc_jet(x: real, y: real, z: real, rows: Table, i: int):
     p = dx * ux + dy * uy + dz * uz
     q = dx * vx + dy * vy + dz * vz
     rho = math.sqrt(p * p + q * q)
-    cos = real(1.0)
-    sin = real(0.0)
-    if rho > real(0.0):
-        inverse = real(1.0) / rho
-        cos = p * inverse
-        sin = q * inverse
+    cos, sin = _direction(p, q, rho)
     c0, s0 = half_angle(cos, sin)
     inner, height = offset(x, y, z, rows, i, rho, dx * nx + dy * ny + dz * nz)
     s0, c1, s1, turn, versine = ends(x, y, z, rows, i, rho, abs(inner) + abs(height), c0, s0)

@@ -7,7 +7,7 @@ With the foot of the perpendicular from the query point as origin and H' = r h(r
 d the signed distance to the edge's line (positive inside) and t the position along it. The in-plane gradient is
 exactly -sum (outward normal of the edge) * (field of the edge as a segment under the same kernel), which gives all of
 the Hessian but zz. What a kernel adds are, per edge, the segment's field with its two slopes and up to four sums, and,
-once, the value and the first two derivatives in z made of those sums: see `triangle_edges`.
+once, the value and the first two derivatives in z made of those sums: see `edges`.
 
 Terms of size R / size cancel when R, the distance, grows; beyond FAR sizes (or for a kernel wider than that) 36 points
 of a conical Gauss rule are exact to rounding, and farther away fewer.
@@ -33,12 +33,17 @@ from fieldsim.potentials.row import (
 )
 
 FAR = 6.0
+
 # Closer than this many sizes to the plane or a line, and farther than the root of AT_CORNER from a corner, with care.
 CLOSE = 1e-3
+
 AT_CORNER = 1e-12
+
 # Adding and taking away 1.5 2^n in float64 rounds to a multiple of 2^(n - 52).
 GRID_8 = 1.5 * 2.0**8
+
 GRID_28 = 1.5 * 2.0**28
+
 GRID_32 = 1.5 * 2.0**32
 
 
@@ -85,8 +90,32 @@ def _beside(px: real, py: real, qx: real, qy: real, d: real, otherwise: real):
     return otherwise
 
 
+@portable
+def _outside(ax: real, ay: real, bx: real, by: real, cx: real, cy: real, d_ab: real, d_bc: real, d_ca: real):
+    """How far outside the triangle the foot lies; not positive inside."""
+    outside = math.sqrt(ax * ax + ay * ay)
+    outside = _beside(ax, ay, bx, by, d_ab, outside)
+    outside = _beside(bx, by, cx, cy, d_bc, outside)
+    outside = _beside(cx, cy, ax, ay, d_ca, outside)
+    inside = min(d_ab, min(d_bc, d_ca))
+    if inside >= real(0.0):
+        outside = -inside
+    return outside
+
+
+@portable
+def _edge(j: int, ax: real, ay: real, bx: real, by: real, cx: real, cy: real, d_ab: real, d_bc: real, d_ca: real):
+    """Start and end of edge j, and the signed distance from it."""
+    if j == 1:
+        return bx, by, cx, cy, d_bc
+    if j == 2:
+        return cx, cy, ax, ay, d_ca
+    return ax, ay, bx, by, d_ab
+
+
 # What a kernel adds for an edge, and what it makes of the sums; see `edges`.
 edge = hole("d, lo, length, z, k, fold, outside")
+
 total = hole("q_1, q_2, q_3, q_4, angle_1, angle_2, angle_3, z, k, fold, outside, trace")
 
 
@@ -106,14 +135,7 @@ def near_by(
     fold: real,
 ):
     """Jet in the triangle's frame from closed forms; corners (a the nearest) and distances as seen from the foot."""
-    # How far outside the foot lies; not positive inside.
-    outside = math.sqrt(ax * ax + ay * ay)
-    outside = _beside(ax, ay, bx, by, d_ab, outside)
-    outside = _beside(bx, by, cx, cy, d_bc, outside)
-    outside = _beside(cx, cy, ax, ay, d_ca, outside)
-    inside = min(d_ab, min(d_bc, d_ca))
-    if inside >= real(0.0):
-        outside = -inside
+    outside = _outside(ax, ay, bx, by, cx, cy, d_ab, d_bc, d_ca)
     fx = real(0.0)
     fy = real(0.0)
     fxx = real(0.0)
@@ -134,24 +156,8 @@ def near_by(
     x_3 = real(1.0)
     y_3 = real(0.0)
     turns_3 = real(0.0)
-    px = ax
-    py = ay
-    qx = bx
-    qy = by
-    d = d_ab
     for j in range(3):
-        if j == 1:
-            px = bx
-            py = by
-            qx = cx
-            qy = cy
-            d = d_bc
-        if j == 2:
-            px = cx
-            py = cy
-            qx = ax
-            qy = ay
-            d = d_ca
+        px, py, qx, qy, d = _edge(j, ax, ay, bx, by, cx, cy, d_ab, d_bc, d_ca)
         lo, side, ux, uy, length = _edge_line(px, py, qx, qy)
         s, along, across, q_1, q_2, q_3, q_4, cos_1, sin_1, cos_2, sin_2, cos_3, sin_3 = edge(
             d, lo, length, z, k, fold, outside
@@ -210,9 +216,81 @@ def _remainder(p: real, base: real, left: real, right: real, s: real, t: real, s
     return lead + (rest + (d_error - s * e_error - t * g_error))
 
 
+@portable
+def _nearest_first(x: real, y: real, z: real, rows: Table, i: int):
+    """Columns of the corners, the nearest first: in its vicinity offsets from it keep their digits."""
+    a2 = _apart(x, y, z, rows, i, CORNER_A_X)
+    b2 = _apart(x, y, z, rows, i, CORNER_B_X)
+    c2 = _apart(x, y, z, rows, i, CORNER_C_X)
+    base = CORNER_A_X
+    left = CORNER_B_X
+    right = CORNER_C_X
+    if b2 < a2:
+        base = CORNER_B_X
+        left = CORNER_C_X
+        right = CORNER_A_X
+    if c2 < min(a2, b2):
+        base = CORNER_C_X
+        left = CORNER_A_X
+        right = CORNER_B_X
+    return base, left, right
+
+
+@portable
+def _second_axis(e1x: real, e1y: real, e1z: real, nx: real, ny: real, nz: real):
+    """The frame's axis across the normal and the first edge."""
+    return ny * e1z - nz * e1y, nz * e1x - nx * e1z, nx * e1y - ny * e1x
+
+
+@portable
+def _again_with_care(
+    x: real,
+    y: real,
+    z: real,
+    rows: Table,
+    i: int,
+    base: int,
+    left: int,
+    right: int,
+    ax: real,
+    ay: real,
+    bx: real,
+    by: real,
+    cx: real,
+    cy: real,
+):
+    """The height and the distances from ab, bc and ca once more, where rounding left little of them.
+
+    ax to cy: the corners as seen from the foot, the nearest first.
+    """
+    e1x, e1y, e1z = edge_of(rows, i)
+    nx, ny, nz = normal_of(rows, i)
+    e2x, e2y, e2z = _second_axis(e1x, e1y, e1z, nx, ny, nz)
+    size = rows[i, SIZE]
+    twice = real(2.0) * rows[i, AREA]
+    s = (ay * (cx - ax) - ax * (cy - ay)) / twice
+    t = (ax * (by - ay) - ay * (bx - ax)) / twice
+    dx = _remainder(x, rows[i, base], rows[i, left], rows[i, right], s, t, size)
+    dy = _remainder(y, rows[i, base + 1], rows[i, left + 1], rows[i, right + 1], s, t, size)
+    dz = _remainder(z, rows[i, base + 2], rows[i, left + 2], rows[i, right + 2], s, t, size)
+    height = dx * nx + dy * ny + dz * nz
+    d1 = dx * e1x + dy * e1y + dz * e1z
+    d2 = dx * e2x + dy * e2y + dz * e2z
+    more_s = (d1 * (cy - ay) - d2 * (cx - ax)) / twice
+    more_t = (d2 * (bx - ax) - d1 * (by - ay)) / twice
+    d_ab = (t + more_t) * twice / math.sqrt((bx - ax) * (bx - ax) + (by - ay) * (by - ay))
+    d_ca = (s + more_s) * twice / math.sqrt((cx - ax) * (cx - ax) + (cy - ay) * (cy - ay))
+    rest = ((real(1.0) - max(s, t)) - min(s, t)) - (more_s + more_t)
+    d_bc = rest * twice / math.sqrt((cx - bx) * (cx - bx) + (cy - by) * (cy - by))
+    return height, d_ab, d_bc, d_ca
+
+
 is_gone = hole("away, size, k")
+
 points = hole("away, size, k")
+
 distant = hole("side, ax, ay, bx, by, cx, cy, z, area, k, fold")
+
 closed_form = hole("ax, ay, bx, by, cx, cy, d_ab, d_bc, d_ca, z, k, fold")
 
 
@@ -225,24 +303,8 @@ def triangle_jet(x: real, y: real, z: real, rows: Table, i: int):
     """
     e1x, e1y, e1z = edge_of(rows, i)
     nx, ny, nz = normal_of(rows, i)
-    e2x = ny * e1z - nz * e1y
-    e2y = nz * e1x - nx * e1z
-    e2z = nx * e1y - ny * e1x
-    # Corners as seen from the point, the nearest first: in its vicinity offsets from it keep their digits.
-    base = CORNER_A_X
-    left = CORNER_B_X
-    right = CORNER_C_X
-    a2 = _apart(x, y, z, rows, i, CORNER_A_X)
-    b2 = _apart(x, y, z, rows, i, CORNER_B_X)
-    c2 = _apart(x, y, z, rows, i, CORNER_C_X)
-    if b2 < a2:
-        base = CORNER_B_X
-        left = CORNER_C_X
-        right = CORNER_A_X
-    if c2 < min(a2, b2):
-        base = CORNER_C_X
-        left = CORNER_A_X
-        right = CORNER_B_X
+    e2x, e2y, e2z = _second_axis(e1x, e1y, e1z, nx, ny, nz)
+    base, left, right = _nearest_first(x, y, z, rows, i)
     dx = rows[i, base] - x
     dy = rows[i, base + 1] - y
     dz = rows[i, base + 2] - z
@@ -280,22 +342,8 @@ def triangle_jet(x: real, y: real, z: real, rows: Table, i: int):
         d_ca = _distance(cx, cy, ax, ay)
         close = min(abs(height), min(abs(d_ab), min(abs(d_bc), abs(d_ca))))
         if close < real(CLOSE) * size and nearest > real(AT_CORNER) * size * size:
-            # Close to the plane or a line what is left of the offsets is mostly rounding; once more, with care.
-            twice = real(2.0) * rows[i, AREA]
-            s = (ay * (cx - ax) - ax * (cy - ay)) / twice
-            t = (ax * (by - ay) - ay * (bx - ax)) / twice
-            dx = _remainder(x, rows[i, base], rows[i, left], rows[i, right], s, t, size)
-            dy = _remainder(y, rows[i, base + 1], rows[i, left + 1], rows[i, right + 1], s, t, size)
-            dz = _remainder(z, rows[i, base + 2], rows[i, left + 2], rows[i, right + 2], s, t, size)
-            height = dx * nx + dy * ny + dz * nz
-            d1 = dx * e1x + dy * e1y + dz * e1z
-            d2 = dx * e2x + dy * e2y + dz * e2z
-            more_s = (d1 * (cy - ay) - d2 * (cx - ax)) / twice
-            more_t = (d2 * (bx - ax) - d1 * (by - ay)) / twice
-            d_ab = (t + more_t) * twice / math.sqrt((bx - ax) * (bx - ax) + (by - ay) * (by - ay))
-            d_ca = (s + more_s) * twice / math.sqrt((cx - ax) * (cx - ax) + (cy - ay) * (cy - ay))
-            rest = ((real(1.0) - max(s, t)) - min(s, t)) - (more_s + more_t)
-            d_bc = rest * twice / math.sqrt((cx - bx) * (cx - bx) + (cy - by) * (cy - by))
+            # Close to the plane or a line what is left of the offsets is mostly rounding.
+            height, d_ab, d_bc, d_ca = _again_with_care(x, y, z, rows, i, base, left, right, ax, ay, bx, by, cx, cy)
         f, f1, f2, f3, f11, f22, f33, f12, f13, f23 = closed_form(
             ax, ay, bx, by, cx, cy, d_ab, d_bc, d_ca, height, k, fold
         )

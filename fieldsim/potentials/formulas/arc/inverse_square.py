@@ -1,40 +1,13 @@
-"""The inverse-square kernel 1 / (r^2 + softening^2) on points, segments, arcs and circles: arctangents throughout."""
+"""Arcs under the inverse-square kernel: arctangents throughout; notation as in `frame`."""
 
 import math
 
 from fieldsim.numerics.constants import COS_30, TAU
 from fieldsim.portable import portable, real
-from fieldsim.potentials.formulas.arc.circle import circle_jet
-from fieldsim.potentials.formulas.arc.jet import arc_jet, ring_offset, sharp_ends
 from fieldsim.potentials.formulas.arc.powers import arc_powers
-from fieldsim.potentials.formulas.point import register_points
-from fieldsim.potentials.formulas.segment.inverse_powers import inverse_powers
-from fieldsim.potentials.formulas.segment.segment import segment_jet
-from fieldsim.potentials.kernels import InverseSquare
-from fieldsim.potentials.primitives.arc import Arc
-from fieldsim.potentials.primitives.circle import Circle
-from fieldsim.potentials.primitives.segment import Segment
-from fieldsim.potentials.registry import register
 
 # What the double 2 pi lacks to a full turn.
 GAP = 2.4492935982947064e-16
-
-
-@portable
-def inverse_square_segment(lo: real, rho2: real, length: real, softening: real, fold: real):
-    """Local derivatives for `segment_jet`. Relative error < 1e-14 off the wire.
-
-    On a bare wire F is inf and the derivatives are 0.
-    """
-    hi = lo + length
-    d2 = rho2 + softening * softening
-    if lo * lo + d2 == real(0.0) or (d2 == real(0.0) and lo <= real(0.0)):
-        return real(math.inf), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
-    root, ends, far, one, two, three, _four = inverse_powers(lo, length, d2)
-    along = -(length * root) * ((lo + hi) * root)
-    along_along = -real(2.0) * (lo * along * ends + length * far * far)
-    mixed = -real(2.0) * math.sqrt(rho2) * along * ends
-    return one, along, -real(2.0) * two, along_along, mixed, real(8.0) * rho2 * three
 
 
 @portable
@@ -110,37 +83,6 @@ def inverse_square_arc(
 
 
 @portable
-def inverse_square_circle(rho: real, inner: real, z: real, radius: real, softening: real, fold: real):
-    """Local derivatives for `circle_jet`. Relative error 1e-14 off the wire, as `inverse_square_arc`, t being pi.
-
-    On a bare wire F is inf and the derivatives are 0, as they are where they overflow next to it.
-    """
-    outer = rho + radius
-    height2 = z * z + softening * softening
-    near2 = inner * inner + height2
-    if near2 == real(0.0):
-        zero = real(0.0)
-        return real(math.inf), zero, zero, zero, zero, zero
-    i_near = real(1.0) / near2
-    i_far = real(1.0) / (outer * outer + height2)
-    f = real(math.pi) * real(2.0) * radius * math.sqrt(i_near) * math.sqrt(i_far)
-    across = -real(2.0) * f * ((inner * outer + height2) * i_near * i_far)
-    isotropic = -f * (i_near + i_far)
-    # Squares of offsets, which are at most near2, with the fourth power of the cosine.
-    a = inner * i_near
-    b = z * i_near
-    c = outer * i_far
-    d = z * i_far
-    radial = f * (real(3.0) * a * a + real(2.0) * a * c + real(3.0) * c * c)
-    along = f * (real(3.0) * b * b + real(2.0) * b * d + real(3.0) * d * d)
-    mixed = f * (real(3.0) * a * b + a * d + b * c + real(3.0) * c * d)
-    if not abs(across + radial + along + isotropic) < real(math.inf):
-        zero = real(0.0)
-        return f, zero, zero, zero, zero, zero
-    return f, across, z * isotropic, isotropic + radial, isotropic + along, mixed
-
-
-@portable
 def inverse_square_open_arc(
     rho: real,
     inner: real,
@@ -172,9 +114,3 @@ def inverse_square_open_arc(
         fb += pull * beside
         fn += pull * z
     return f, fa, fb, fn, faa, fbb, fnn, fab, fan, fbn
-
-
-register_points(InverseSquare)
-register(InverseSquare, Segment, segment_jet.bind(kernel=inverse_square_segment))
-register(InverseSquare, Arc, arc_jet.bind(kernel=inverse_square_open_arc, offset=ring_offset, ends=sharp_ends))
-register(InverseSquare, Circle, circle_jet.bind(kernel=inverse_square_circle, offset=ring_offset))

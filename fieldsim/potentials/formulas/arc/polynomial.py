@@ -2,7 +2,7 @@
 
 w = 1 - d^2 / R^2 is linear in the cosine and sine of the angle y from the middle of such a part. Odd powers of sin y
 integrate to nothing, even ones are powers of the versine c = 1 - cos y, whose integrals carry all digits. The support's
-edge adds no terms (see `compact_segment`). An arc that leaves the support may come back with its other end: two parts.
+edge adds no terms (as on segments). An arc that leaves the support may come back with its other end: two parts.
 """
 
 import math
@@ -11,11 +11,6 @@ from fieldsim.numerics.angles import arctangent, sine_cosine
 from fieldsim.numerics.constants import HALF_PI, TAU
 from fieldsim.numerics.sine_integrals import sine_powers, sine_sixth
 from fieldsim.portable import hole, portable, real
-from fieldsim.potentials.formulas.arc.jet import arc_jet, no_ends, ring_offset
-from fieldsim.potentials.kernels import Quartic, SoftObject
-from fieldsim.potentials.primitives.arc import Arc
-from fieldsim.potentials.primitives.circle import Circle
-from fieldsim.potentials.registry import register
 
 
 @portable
@@ -48,6 +43,7 @@ def middle(angle: real, c0: real, s0: real):
 
 # h = SQUARE w^2 + CUBE w^3.
 SQUARE = hole()
+
 CUBE = hole()
 
 
@@ -190,8 +186,7 @@ def _polynomial_arc(
     return f, fa, side * fb, fn, faa, fbb, fnn, side * fab, fan, side * fbn
 
 
-for _primitive in (Arc, Circle):
-    for _kernel in (SoftObject, Quartic):
-        _square, _cube = _kernel.coefficients()
-        _local = _polynomial_arc.bind(part=_part.bind(SQUARE=_square, CUBE=_cube))
-        register(_kernel, _primitive, arc_jet.bind(kernel=_local, offset=ring_offset, ends=no_ends))
+def polynomial_arc(kernel):
+    """The jet for `arc_jet` under a kernel that is a polynomial."""
+    square, cube = kernel.coefficients()
+    return _polynomial_arc.bind(part=_part.bind(SQUARE=square, CUBE=cube))

@@ -42,7 +42,8 @@ from fieldsim.filming.report import Report
 from fieldsim.orbits.lyapunov import Lyapunov, lyapunov
 from fieldsim.orbits.poincare import Crossings, Section, poincare
 from fieldsim.plots import Picture
-from fieldsim.potentials.field import Field, gravity
+from fieldsim.potentials.field import Field
+from fieldsim.potentials.gravity import gravity
 from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Metaball, Newtonian, Quartic, SoftObject
 from fieldsim.potentials.meshes.mesh import TriangleMesh, mesh
 from fieldsim.potentials.primitives import profile

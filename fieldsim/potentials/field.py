@@ -13,7 +13,8 @@ from fieldsim import launch, validate
 from fieldsim.errors import InputError, OperandError
 from fieldsim.potentials import registry
 from fieldsim.potentials.elements import BARE, Elements, concatenate, pack
-from fieldsim.potentials.kernels import Kernel, Newtonian
+from fieldsim.potentials.field_kernels import KERNELS
+from fieldsim.potentials.kernels import Kernel
 from fieldsim.potentials.meshes.mesh import TriangleMesh
 from fieldsim.potentials.primitives.base import Primitive
 from fieldsim.potentials.row import KERNEL_WIDTH, STRENGTH
@@ -196,7 +197,7 @@ class Field:
         scalar, device = points.dtype._wp_scalar_type_, points.device
         dtypes = scalar, points.dtype, wp.types.matrix((3, 3), scalar)
         results = tuple(wp.empty(len(points), dtype=dtype, device=device) for dtype in dtypes[: order + 1])
-        kernel = _KERNELS[order](self.elements.kinds_used, scalar)
+        kernel = KERNELS[order](self.elements.kinds_used, scalar)
         launch.launch(kernel, len(points), [points, *self._tables(scalar, device)], results, device=device)
         return results
 
@@ -275,7 +276,7 @@ class Term:
 
     def at(self, time: float) -> "Term":
         """The concrete term at `time`."""
-        return Term(self.primitive.at(time), self.kernel, _number_at("Field", "strength", self.strength, time))
+        return Term(self.primitive.at(time), self.kernel, number_at("Field", "strength", self.strength, time))
 
     def scaled(self, factor: float) -> "Term":
         """The term with its strength multiplied."""
@@ -286,83 +287,7 @@ class Term:
 
 def _multiplied(factor, strength, time):
     """A strength that is a function of time, multiplied."""
-    return factor * _number_at("Field", "strength", strength, time)
-
-
-@dataclasses.dataclass(frozen=True)
-class _SpreadMass:
-    """G times a mass over the measure of a skeleton, at a time. Every element asks for it at the same one."""
-
-    owner: str
-    primitives: tuple[Primitive, ...]
-    mass: Timed[RealLike]
-    G: float
-
-    # The last time and the strength then.
-    latest: list = dataclasses.field(default_factory=lambda: [(None, 0.0)], repr=False, compare=False)
-
-    def __call__(self, time):
-        known, strength = self.latest[0]
-        if known != time:
-            strength = (
-                self.G
-                * _number_at(self.owner, "mass", self.mass, time)
-                / total_measure(p.at(time) for p in self.primitives)
-            )
-            self.latest[0] = time, strength
-        return strength
-
-
-def gravity(
-    primitives: Primitive | Iterable[Primitive],
-    mass: Timed[RealLike],
-    *,
-    G: RealLike = 1.0,
-    kernel: Kernel | None = None,
-) -> Field:
-    """The field whose gradient is the acceleration towards a skeleton of the given mass.
-
-    The mass is spread evenly over the skeleton's total measure (arc length, area; points count 1 each):
-    strength = G mass / measure. The default kernel is Newtonian. The mass may be negative, or a function of time.
-    Raises InputError for a mass or G that is not finite, for a skeleton that mixes points, curves and surfaces, and for
-    profiled primitives: a profile shapes a surface and is no density.
-    """
-    return spread("gravity", primitives, mass, G, Newtonian() if kernel is None else kernel)
-
-
-def spread(owner: str, primitives, mass, G, kernel: Kernel) -> Field:
-    """`gravity` in the name of `owner`."""
-    primitives = skeleton(owner, primitives)
-    for index, primitive in enumerate(primitives):
-        if primitive.profiled:
-            raise InputError(
-                f"{owner}: skeleton[{index}] is a {type(primitive).__name__}, and a profile is no density; give the "
-                "plain primitive, or a TaperedSegment, which has one (the profile may shape another body's surface)"
-            )
-    validate.instance(owner, "kernel", kernel, Kernel, "give a kernel such as fs.Newtonian(), or None")
-    G = validate.number(owner, "G", G)
-    _refuse_mixed_dimensions(owner, primitives)
-    if not callable(mass):
-        mass = validate.number(owner, "mass", mass)
-    if not callable(mass) and not any(p.animated for p in primitives):
-        return Field(primitives, kernel, G * mass / total_measure(primitives))
-
-    return Field(primitives, kernel, _SpreadMass(owner, primitives, mass, G))
-
-
-def total_measure(primitives) -> float:
-    """Total measure of a concrete skeleton of one dimension; raises InputError for one that mixes dimensions."""
-    primitives = list(primitives)
-    _refuse_mixed_dimensions("gravity", primitives)
-    return float(sum(p.measure for p in primitives))
-
-
-def _refuse_mixed_dimensions(owner, primitives):
-    if len({p.dimension for p in primitives}) > 1:
-        raise InputError(
-            f"{owner}: a skeleton that mixes points, curves and surfaces has no common measure to spread mass over; "
-            "add one Field or Body for each"
-        )
+    return factor * number_at("Field", "strength", strength, time)
 
 
 def skeleton(owner: str, primitives: Primitive | Iterable[Primitive]) -> tuple[Primitive, ...]:
@@ -379,7 +304,7 @@ def skeleton(owner: str, primitives: Primitive | Iterable[Primitive]) -> tuple[P
     return result
 
 
-def _number_at(owner, name, value, time):
+def number_at(owner, name, value, time):
     """A number, or what a function of time gives for one."""
     return validate.at_time(owner, lambda **given: validate.number(owner, name, given[name]), {name: value}, time)
 
@@ -409,79 +334,3 @@ def _host_points(points):
             f"most {FARTHEST:g}, in another unit"
         )
     return array, single
-
-
-@functools.cache
-def _value_kernel(kinds_used, scalar):
-    """The Warp kernel that evaluates fields of the given formulas at points."""
-    total = registry.field_sum(kinds_used).warp(scalar)
-
-    @wp.kernel(module="unique", enable_backward=False)
-    def evaluate_value(
-        start: int,
-        points: wp.array(dtype=wp.types.vector(3, scalar)),
-        rows: wp.array(dtype=scalar, ndim=2),
-        kinds: wp.array(dtype=wp.int32),
-        value: wp.array(dtype=scalar),
-    ):
-        i = start + wp.tid()
-        p = points[i]
-        f, _fx, _fy, _fz = total(p[0], p[1], p[2], rows, kinds, 0, kinds.shape[0])
-        value[i] = f
-
-    return evaluate_value
-
-
-@functools.cache
-def _gradient_kernel(kinds_used, scalar):
-    """As `_value_kernel`, with the gradient."""
-    vector = wp.types.vector(3, scalar)
-    total = registry.field_sum(kinds_used).warp(scalar)
-
-    @wp.kernel(module="unique", enable_backward=False)
-    def evaluate_gradient(
-        start: int,
-        points: wp.array(dtype=vector),
-        rows: wp.array(dtype=scalar, ndim=2),
-        kinds: wp.array(dtype=wp.int32),
-        value: wp.array(dtype=scalar),
-        gradient: wp.array(dtype=vector),
-    ):
-        i = start + wp.tid()
-        p = points[i]
-        f, fx, fy, fz = total(p[0], p[1], p[2], rows, kinds, 0, kinds.shape[0])
-        value[i] = f
-        gradient[i] = vector(fx, fy, fz)
-
-    return evaluate_gradient
-
-
-@functools.cache
-def _hessian_kernel(kinds_used, scalar):
-    """As `_value_kernel`, with gradient and Hessian."""
-    vector = wp.types.vector(3, scalar)
-    matrix = wp.types.matrix((3, 3), scalar)
-    total = registry.jet_sum(kinds_used).warp(scalar)
-
-    @wp.kernel(module="unique", enable_backward=False)
-    def evaluate_hessian(
-        start: int,
-        points: wp.array(dtype=vector),
-        rows: wp.array(dtype=scalar, ndim=2),
-        kinds: wp.array(dtype=wp.int32),
-        value: wp.array(dtype=scalar),
-        gradient: wp.array(dtype=vector),
-        hessian: wp.array(dtype=matrix),
-    ):
-        i = start + wp.tid()
-        p = points[i]
-        f, fx, fy, fz, xx, yy, zz, xy, xz, yz = total(p[0], p[1], p[2], rows, kinds, 0, kinds.shape[0])
-        value[i] = f
-        gradient[i] = vector(fx, fy, fz)
-        hessian[i] = matrix(xx, xy, xz, xy, yy, yz, xz, yz, zz)
-
-    return evaluate_hessian
-
-
-# By the order of the highest derivative.
-_KERNELS = (_value_kernel, _gradient_kernel, _hessian_kernel)

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.potentials.elements import Elements, concatenate, pack
-from fieldsim.potentials.field import Field, skeleton, spread
+from fieldsim.potentials.field import Field, skeleton
+from fieldsim.potentials.gravity import spread
 from fieldsim.potentials.kernels import Kernel
 from fieldsim.potentials.meshes.mesh import TriangleMesh
 from fieldsim.potentials.primitives.base import Primitive

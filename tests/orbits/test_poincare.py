@@ -9,7 +9,7 @@ from fieldsim.dynamics.radau.radau import Radau
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.errors import InputError
 from fieldsim.orbits.poincare import Section, poincare
-from fieldsim.potentials.field import gravity
+from fieldsim.potentials.gravity import gravity
 from fieldsim.potentials.kernels import Newtonian
 from fieldsim.potentials.primitives.point import Point
 from fieldsim.potentials.primitives.segment import Segment

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from fieldsim.errors import InputError
-from fieldsim.potentials.field import Field, gravity
+from fieldsim.potentials.field import Field
+from fieldsim.potentials.gravity import gravity
 from fieldsim.potentials.kernels import Gaussian, InverseSquare, Newtonian, Quartic
 from fieldsim.potentials.meshes import isosurface
 from fieldsim.potentials.meshes.mesh import mesh

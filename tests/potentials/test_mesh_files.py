@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import fieldsim as fs
-from fieldsim.potentials.meshes import readers
+from fieldsim.potentials.meshes.readers import glb as glb_reader
+from fieldsim.potentials.meshes.readers import read as readers
 
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 2, 0], [0, 0, 3]], dtype=float)
 FACES = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
@@ -270,7 +271,7 @@ def test_a_part_that_is_shown_again_and_again_has_its_limit(tmp_path, monkeypatc
 
     (tmp_path / "a.glb").write_bytes(glb(change))
     assert len(readers.read(str(tmp_path / "a.glb"))[1]) == 40
-    monkeypatch.setattr(readers, "MOST_TRIANGLES", 39)
+    monkeypatch.setattr(glb_reader, "MOST_TRIANGLES", 39)
     with pytest.raises(fs.InputError, match="shows more than 39 triangles"):
         fs.mesh(tmp_path / "a.glb")
 
@@ -283,7 +284,7 @@ def test_parts_without_triangles_have_a_limit_too(tmp_path, monkeypatch, part):
         tree["nodes"] = [{"mesh": 0} for _ in range(10)]
         tree["scenes"] = [{"nodes": list(range(10))}]
 
-    monkeypatch.setattr(readers, "MOST_PARTS", 99)
+    monkeypatch.setattr(glb_reader, "MOST_PARTS", 99)
     (tmp_path / "a.glb").write_bytes(glb(change))
     with pytest.raises(fs.InputError, match="shows more than 99 parts"):
         fs.mesh(tmp_path / "a.glb")

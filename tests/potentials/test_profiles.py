@@ -14,7 +14,8 @@ from fieldsim import launch
 from fieldsim.dynamics.rigid.body import free_body
 from fieldsim.errors import InputError
 from fieldsim.potentials import registry
-from fieldsim.potentials.field import Field, gravity
+from fieldsim.potentials.field import Field
+from fieldsim.potentials.gravity import gravity
 from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Metaball, Newtonian, Quartic, SoftObject
 from fieldsim.potentials.primitives import profile
 from fieldsim.potentials.primitives.arc import Arc

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from fieldsim.errors import InputError
-from fieldsim.potentials.field import Field, gravity, total_measure
+from fieldsim.potentials.field import Field
+from fieldsim.potentials.gravity import gravity, total_measure
 from fieldsim.potentials.kernels import Newtonian
 from fieldsim.potentials.meshes.mesh import mesh
 from fieldsim.potentials.primitives.arc import Arc

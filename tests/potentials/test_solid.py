@@ -11,8 +11,9 @@ from solid_oracle import jet
 from fieldsim import launch
 from fieldsim.errors import InputError
 from fieldsim.potentials.elements import place
-from fieldsim.potentials.field import Field, gravity
+from fieldsim.potentials.field import Field
 from fieldsim.potentials.formulas.solid import face_jet
+from fieldsim.potentials.gravity import gravity
 from fieldsim.potentials.kernels import Newtonian
 from fieldsim.potentials.meshes.mesh import TriangleMesh
 from fieldsim.potentials.primitives.face import Face

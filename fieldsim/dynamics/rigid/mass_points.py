@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from fieldsim.potentials.field import total_measure
+from fieldsim.potentials.gravity import total_measure
 
 # Points at most along one length of a curve, a surface, a solid.
 MOST = {1: 64, 2: 16, 3: 6}

@@ -1,40 +1,26 @@
 """Level surfaces of fields as closed triangle meshes.
 
 Marching tetrahedra, which leave neither holes nor edges of more than two faces, on cells that are as fine as each part
-of the surface takes: where a skeleton lies within the surface its distance from it tells how fine (`_seeds`); around
-it the kernels' widths do (`_widths`), so that hollows and what several elements build up together are seen, too; and
+of the surface takes: where a skeleton lies within the surface its distance from it tells how fine (`seeds_of`); around
+it the kernels' widths do (`widths_of`), so that hollows and what several elements build up together are seen, too; and
 from there on cells follow the surface to the size or the tolerance asked for. Vertices end on the true surface.
 """
 
-import functools
-
 import numpy as np
-import warp as wp
 
 from fieldsim import validate
 from fieldsim.errors import InputError
-from fieldsim.launch import launch
-from fieldsim.potentials import registry
-from fieldsim.potentials.bounds.reach import reach, scale
 from fieldsim.potentials.meshes.mesh import TriangleMesh
+from fieldsim.potentials.meshes.seeds import no_surface, seeds_of, surface_box, widths_of
 from fieldsim.potentials.meshes.tetrahedra import HALVINGS, MOST, Tetrahedra
-from fieldsim.potentials.row import STRENGTH
 
 # Cells along the longest side: default, and at most.
 RESOLUTION = 64
 FINEST = 512
 # A surface cuts about so many tetrahedra for each square of the cells' size that it is large.
 CUT = 12.0
-# About so many cells lie around a seed of a surface and of a curve.
-AROUND = (10, 60)
-# Where a skeleton leaves the surface, parts less deep than this share of the deepest are left to the cells around.
-EDGE = 1 / 16
-# How much thinner than its element's own width a part may be.
-THINNEST = 1e-6
 # Cells near an element are no larger than so many times the length over which its field changes.
 WIDTHS = 2.5
-# Among so many elements that overlap without any reaching the level is the level shared.
-SHARED = 8
 # Longest edges at a resolution, in its cells, and bisections ahead of a new look at the distances.
 CELL = 3.0
 MORE = 4
@@ -45,8 +31,6 @@ ROUNDS = 3
 STEPS = 40
 # When a vertex is on the surface, in sizes of its cell.
 CLOSE = 1e-13
-# Three directions that are no axes.
-_WAYS = np.array([(2, 2, 1), (-2, 1, 2), (1, -2, 2)]) / 3.0
 
 
 def level_mesh(field, level, *, resolution=None, tolerance=None) -> TriangleMesh:
@@ -59,13 +43,13 @@ def level_mesh(field, level, *, resolution=None, tolerance=None) -> TriangleMesh
     """
     level = validate.number("mesh", "level", level, above=0.0)
     tolerance = validate.optional(validate.number, "mesh", "tolerance", tolerance, above=0.0)
-    registry = RESOLUTION if resolution is None else resolution
-    registry = validate.whole("mesh", "resolution", registry, at_least=4, at_most=FINEST)
+    cells = RESOLUTION if resolution is None else resolution
+    cells = validate.whole("mesh", "resolution", cells, at_least=4, at_most=FINEST)
     if resolution is not None and tolerance is not None:
         raise InputError("mesh: resolution and tolerance are both given; give one of them")
     surface = _Surface(field, level)
     if tolerance is None:
-        return surface.with_cells(registry)
+        return surface.with_cells(cells)
     return surface.within(tolerance)
 
 
@@ -75,15 +59,15 @@ class _Surface:
     def __init__(self, field, level):
         self._field, self._level = field, level
         elements = field.elements.scaled(1.0 / level)
-        low, high = _box(elements, level)
+        low, high = surface_box(elements, level)
         side = 1.01 * float(np.max(high - low))
         if not side > 0.0:
             raise InputError(
                 f"mesh: the field stays below {level:g}, or its surface is a point to rounding; lower the level"
             )
-        seeds, self._depths = _seeds(elements, self._height, side)
+        seeds, self._depths = seeds_of(elements, self._height, side)
         self._lattice = Tetrahedra(0.5 * (low + high - side), side, self._height, seeds)
-        self._find(_widths(elements))
+        self._find(widths_of(elements))
 
     def _height(self, points):
         return np.clip(self._field.value(points) / self._level - 1.0, -1.0, HIGHEST)
@@ -106,7 +90,7 @@ class _Surface:
             wanted[lattice.seed_cells[unseen]] = True
             lattice.refine(wanted)
         if not lattice.cut.any():
-            raise _nothing(self._level)
+            raise no_surface(self._level)
 
     def with_cells(self, resolution) -> TriangleMesh:
         """The mesh on cells of a share of its longest side, or smaller ones."""
@@ -229,10 +213,6 @@ class _Surface:
         return np.minimum(farthest, np.linalg.norm(corners - corners[:, [1, 2, 0]], axis=2).max(axis=1))
 
 
-def _nothing(level):
-    return InputError(f"mesh: the field stays below {level:g} at and around its skeleton; give a lower level")
-
-
 def closed(points, faces):
     """The mesh, whose every edge has two faces that run along it in opposite directions."""
     sides = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
@@ -240,182 +220,3 @@ def closed(points, faces):
     if (there != back).any() or (there[1:] == there[:-1]).any():
         raise InputError("mesh: the surface could not be closed; give another resolution or tolerance")
     return TriangleMesh(points, faces)
-
-
-def _box(elements, level):
-    """Corners of a box around the surface F = 1: outside it every element stays below its share."""
-    low, high = np.full((2, len(elements), 3), np.nan)
-    positive = elements.rows[:, STRENGTH] > 0.0
-    far = np.zeros(len(elements))
-    for formula, which in registry.parts_of(elements.kinds):
-        rows, primitive = elements.rows[which], formula.primitive
-        if primitive.endless:
-            raise InputError("mesh: a plane has no end; clip it with a triangle, or leave it out")
-        low[which], high[which] = primitive.row_box(rows)
-        if primitive.distance is None:
-            # A solid's pull is that of its mass, at no less than the distance from it.
-            mass = float(np.sum(rows[:, STRENGTH] * primitive.row_measure(rows)))
-            far[which] = len(elements) * max(0.0, mass)
-        else:
-            far[which] = reach(rows, elements.kinds[which], 1.0 / len(elements))
-    if not positive.any():
-        raise _nothing(level)
-    return (low - far[:, None])[positive].min(axis=0), (high + far[:, None])[positive].max(axis=0)
-
-
-@functools.cache
-def _primitive(kind):
-    return next(formula.primitive for formula in registry.FORMULAS.values() if formula.kind == kind)
-
-
-def _flat(kinds):
-    """Which of the elements of kinds (N,) are triangles, (N,)."""
-    return np.array([_primitive(kind).corners == 3 for kind in kinds], dtype=bool)
-
-
-def _lengths(elements, side):
-    """Lengths (N,) over which elements' fields vary, and within which each alone has its surface F = 1."""
-    width, own = np.full(len(elements), side), np.full(len(elements), side)
-    for formula, which in registry.parts_of(elements.kinds):
-        if formula.primitive.distance is not None:
-            width[which] = np.minimum(scale(elements.rows[which], elements.kinds[which]), side)
-            own[which] = reach(elements.rows[which], elements.kinds[which], 1.0)
-    return width, own
-
-
-def _seeds(elements, height, side):
-    """Points (S, 3) of the skeleton within the surface, about as close as they are deep, and their depths (S,).
-
-    Pieces of the skeleton are halved until their middles lie outside, or deeper than the piece is long.
-    """
-    width, own = _lengths(elements, side)
-    pieces = _pieces(elements)
-    deepest = np.zeros(len(elements))
-    found, depths, count = [np.zeros((0, 3))], [np.zeros(0)], 0
-    while len(pieces[0]):
-        which, corners = pieces
-        places = _places(elements, which, corners.mean(axis=1))
-        inside = height(places) >= 0.0
-        most = 2.0 * np.maximum(width, own)[which[inside]]
-        enough = width[which].copy()
-        enough[inside] = _depths(height, places[inside], most)
-        ends = [_places(elements, which, corners[:, k]) for k in range(3)]
-        np.maximum.at(deepest, which[inside], enough[inside])
-        # Where the skeleton leaves the surface it is as thin as one looks, and belongs to what is deeper.
-        leaving = inside & (height(np.concatenate(ends)) < 0.0).reshape(3, -1).any(axis=0)
-        leaving &= enough < EDGE * deepest[which]
-        enough[leaving] = EDGE * deepest[which[leaving]]
-        found.append(places[inside & ~leaving])
-        depths.append(enough[inside & ~leaving])
-        flat = _flat(elements.kinds[which[inside]])
-        count += np.sum(np.where(flat, *AROUND))
-        if count > MOST or len(which) > MOST:
-            thin = f" of about {min(map(np.min, filter(len, depths))):.3g}" if any(map(len, depths)) else ""
-            raise InputError(
-                f"mesh: the surface is too thin{thin} for the length of its skeleton; give a lower level, or mesh less"
-            )
-        size = np.max([np.linalg.norm(ends[k] - ends[k - 1], axis=1) for k in range(3)], axis=0)
-        pieces = _halves(elements, which[size > enough], corners[size > enough])
-    return np.concatenate(found), np.concatenate(depths)
-
-
-def _pieces(elements):
-    """Pieces of all elements of positive strength: which element (P,), and parameters of three corners (P, 3, 2)."""
-    which, corners = [], []
-    for index, (row, kind) in enumerate(zip(elements.rows, elements.kinds, strict=True)):
-        if row[STRENGTH] > 0.0:
-            # A whole turn would begin and end at the same place.
-            parts = 8 if _primitive(kind).round else 1
-            for k in range(parts):
-                which.append(index)
-                u, v = k / parts, (k + 1) / parts
-                flat = _primitive(kind).corners == 3
-                corners.append(((0, 0), (1, 0), (0, 1)) if flat else ((u, 0), (v, 0), (0.5 * (u + v), 0)))
-    return np.array(which, dtype=np.int64), np.array(corners, dtype=float).reshape(-1, 3, 2)
-
-
-def _halves(elements, which, corners):
-    """Curves in halves, triangles in quarters."""
-    flat = _flat(elements.kinds[which])
-    a, b, c = np.moveaxis(corners, 1, 0)
-    ab, bc, ca = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)
-    quarters = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
-    halves = [(a, c, 0.5 * (a + c)), (c, b, 0.5 * (c + b))]
-    parts = [np.stack(q, axis=1)[flat] for q in quarters] + [np.stack(h, axis=1)[~flat] for h in halves]
-    return np.concatenate([which[flat]] * 4 + [which[~flat]] * 2), np.concatenate(parts)
-
-
-def _places(elements, which, parameters):
-    """Points (P, 3) of the elements `which` at parameters (P, 2) from 0 to 1."""
-    rows, result = elements.rows[which], np.empty((len(which), 3))
-    for formula, where in registry.parts_of(elements.kinds[which]):
-        part, (u, v) = rows[where], parameters[where].T[:, :, None]
-        result[where] = formula.primitive.row_places(part, u, v)
-    return result
-
-
-def _depths(height, points, most):
-    """About how far the surface is from points within it, (S,), at most `most` (S,), from six directions."""
-    ways = np.concatenate([_WAYS, -_WAYS])
-    low, high = np.broadcast_to(most[:, None] * (THINNEST, 1.0), (len(most), 2)).T[..., None] * np.ones(6)
-    for _ in range(8):
-        middle = np.sqrt(low * high)
-        places = points[:, None] + middle[..., None] * ways
-        inside = height(places.reshape(-1, 3)).reshape(middle.shape) >= 0.0
-        low, high = np.where(inside, middle, low), np.where(inside, high, middle)
-    return low.min(axis=1, initial=np.inf)
-
-
-def _widths(elements):
-    """A function: the smallest length over which a field near to any of the balls (n, 3), (n,) varies, (n,)."""
-    width, _ = _lengths(elements, np.inf)
-    far = np.zeros(len(elements))
-    for formula, which in registry.parts_of(elements.kinds):
-        if formula.primitive.distance is not None:
-            far[which] = reach(elements.rows[which], elements.kinds[which], 1.0 / min(len(elements), SHARED))
-    near = (far > 0.0) & np.isfinite(width)
-    if not near.any():
-        return lambda centers, radii: np.full(len(centers), np.inf)
-    kinds = elements.kinds[near]
-    kernel = _width_kernel(tuple(np.unique(kinds).tolist()))
-    tables = [wp.array(a, dtype=wp.float64, device="cpu") for a in (elements.rows[near], far[near], width[near])]
-    numbers = wp.array(kinds, dtype=wp.int32, device="cpu")
-
-    def around(centers, radii):
-        found = wp.empty(len(centers), dtype=wp.float64, device="cpu")
-        balls = wp.array(centers, dtype=wp.vec3d, device="cpu"), wp.array(radii, dtype=wp.float64, device="cpu")
-        launch(kernel, len(centers), [*balls, *tables, numbers], [found], device="cpu")
-        return found.numpy()
-
-    return around
-
-
-@functools.cache
-def _width_kernel(kinds_used):
-    """The Warp kernel of `_widths`."""
-    distances = {
-        formula.kind: formula.primitive.distance for formula in registry.FORMULAS.values() if formula.kind in kinds_used
-    }
-    distance = registry.by_kind(distances).warp(wp.float64)
-
-    @wp.kernel(module="unique", enable_backward=False)
-    def smallest_width(
-        start: int,
-        centers: wp.array(dtype=wp.vec3d),
-        radii: wp.array(dtype=wp.float64),
-        rows: wp.array(dtype=wp.float64, ndim=2),
-        far: wp.array(dtype=wp.float64),
-        width: wp.array(dtype=wp.float64),
-        kinds: wp.array(dtype=wp.int32),
-        found: wp.array(dtype=wp.float64),
-    ):
-        i = start + wp.tid()
-        p = centers[i]
-        least = wp.float64(wp.inf)
-        for k in range(kinds.shape[0]):
-            if width[k] < least:
-                if distance(p[0], p[1], p[2], rows, kinds, k) - radii[i] < far[k]:
-                    least = width[k]
-        found[i] = least
-
-    return smallest_width

@@ -9,7 +9,7 @@ import numpy as np
 
 from fieldsim import files, validate
 from fieldsim.errors import InputError
-from fieldsim.potentials.meshes import readers
+from fieldsim.potentials.meshes.readers.read import read
 from fieldsim.potentials.meshes.writers import WRITERS, doubled_areas
 from fieldsim.potentials.primitives.triangle import Triangle
 from fieldsim.types import ArrayLike, PathLike
@@ -122,7 +122,7 @@ def _are_triangles(things) -> TypeGuard[Sequence[Triangle]]:
 
 def _read(path):
     """The mesh of a file."""
-    vertices, faces = readers.read(path)
+    vertices, faces = read(path)
     try:
         return TriangleMesh(*_merged(vertices, faces))
     except InputError as reason:

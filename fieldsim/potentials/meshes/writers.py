@@ -10,7 +10,7 @@ import struct
 import numpy as np
 
 from fieldsim.errors import InputError
-from fieldsim.potentials.meshes.readers import STL_ROW
+from fieldsim.potentials.meshes.readers.stl import STL_ROW
 
 # Share of a mesh's area that may change when its coordinates are rounded.
 _MOST_ROUNDED = 1e-3

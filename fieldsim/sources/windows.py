@@ -1,8 +1,9 @@
 """Moving sources at any time: Chebyshev interpolants of their rows over a window of time.
 
-An adaptive step evaluates forces at times that are known only on the way. So the rows of what moves or deforms are
-sampled on the host over a window, whose length is halved until the interpolants agree with further samples to rounding,
-and evaluated by the kernels; no step passes a window's end. Windows depend on the motions alone, not on who asks when.
+An adaptive step evaluates forces at times that are not known in advance. So the rows of moving elements are sampled on
+the host over a window and interpolated; the window is halved until the interpolants agree with further samples to
+rounding. The kernels evaluate the interpolants; no step passes a window's end. Windows depend on the motions alone, not
+on the times of output.
 """
 
 import dataclasses
@@ -20,11 +21,11 @@ from fieldsim.world.motion import Keyframes
 DEGREE = 20
 # A first try; later windows are at most twice as long as the one before.
 FIRST_LENGTH = 1.0
-# Windows this much shorter than the longest are taken as they are: they straddle a jump. The first window may be short
-# because of the unit of time, so it is halved much farther, as if the longest were no longer than NO_LENGTH.
+# Windows shorter than this share of the longest are not halved further: they contain a jump. The first window may be
+# short because of the unit of time, so it is halved much farther, as if the longest were no longer than NO_LENGTH.
 SHORTEST = 2.0**-30
 NO_LENGTH = 2.0**-170
-# How far an interpolant may be off, relative to the coordinates.
+# Greatest error of an interpolant, relative to the coordinates.
 AGREEMENT = 4e-15
 
 
@@ -140,7 +141,7 @@ class Windows:
         samples = self._sources.rows_at(middle + half * _POINTS)
         between = self._sources.rows_at(np.clip(middle + half * _BETWEEN, start, end))
         error = np.abs(np.tensordot(_AT_BETWEEN, _coefficients(samples), axes=1) - between).max(axis=0)
-        # Times are rounded as well, and what moves fast feels it.
+        # The rounding of times moves fast elements, too.
         speed = np.abs(np.diff(samples, axis=0)).max(axis=0) / (half * np.abs(np.diff(_POINTS)).min())
         rounding = 4.0 * np.spacing(max(abs(start), abs(end))) * speed
         return samples, bool((error <= AGREEMENT * _sizes(samples) + rounding).all())

@@ -1,9 +1,9 @@
 """The work that moving sources do on particles.
 
 A particle of unit mass in a field F(x, t) has the energy v^2 / 2 - F, which changes at the rate -dF/dt at its place:
-the work of whoever moves the sources. Taking time as one more coordinate makes that rate the kick of time's momentum,
-so the sum over a splitting's kicks is as accurate as the orbit itself, and energy less work is kept as energy is where
-sources are still.
+the work of moving the sources. With time as one more coordinate this rate is the kick of the momentum conjugate to
+time: the sum over a splitting's kicks is as accurate as the orbit, and energy minus work is conserved as energy is for
+sources at rest.
 """
 
 import functools

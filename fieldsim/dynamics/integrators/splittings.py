@@ -62,7 +62,7 @@ class Splitting(Integrator):
         Raises InputError where a step would be too short to change the time.
         """
         duration = validate.number(f"{type(self).__name__}.steps", "duration", duration, at_least=0.0)
-        # A quotient that misses a whole number by rounding is that number.
+        # A quotient that differs from a whole number by rounding counts as that number.
         count = duration / self.dt * (1.0 - 1e-12)
         if count > 2**53:
             name = type(self).__name__
@@ -72,7 +72,7 @@ class Splitting(Integrator):
 
 
 def moments(steps, nodes):
-    """The nodes of consecutive steps, one after the other, each end being the next start; unit: a step."""
+    """Stage times of consecutive steps, in units of dt; the shared end point of two steps is listed once."""
     inner = steps[:, None] + np.asarray(nodes)[:-1]
     return np.append(inner.ravel(), steps[-1] + 1.0)
 

@@ -1,4 +1,4 @@
-"""Kernels of adaptive flight: one thread per particle, each with its own time and step."""
+"""Kernels of the adaptive method: one thread per particle, each with its own time and step."""
 
 import functools
 
@@ -24,7 +24,7 @@ from fieldsim.sources.field import field_at
 from fieldsim.sources.stages import Stages
 from fieldsim.sources.windows import Window, place_rows
 
-# Steps shorter than this part of the time flown never arrive.
+# A step shorter than this part of the elapsed time is too short to arrive: the particle is lost.
 SHORTEST = wp.constant(wp.float64(2.0**-60))
 # First steps are this part of the time in which speed or place change.
 CAUTION = wp.constant(wp.float64(1e-3))
@@ -34,11 +34,11 @@ ROUNDING = wp.constant(wp.float64(2.0**-53))
 
 @wp.struct
 class Flights:
-    """Particles under way, each array (N,): the end of each one's last step, that step, and plans for the next.
+    """State of N particles, each array (N,): at the end of the last step, that step, and the plan of the next.
 
-    x, v, t: position, velocity, time, with what rounding took in *_rest. x0, v0, t0, a0: the same at the last step's
+    x, v, t: position, velocity, time, with their rounding errors in *_rest. x0, v0, t0, a0: the same at the last step's
     start, and the acceleration; h: its length, 0 before the first; b: its acceleration in powers. plan: length of the
-    next step; miss: how far b was from what was expected of it. lost: 1 where no step is short enough. evaluations,
+    next step; miss: difference of b from its prediction. lost: 1 where no step is short enough. evaluations,
     steps: counts. tau: the shortest time in which the acceleration ever changed; tau_at: when that was.
     """
 
@@ -68,10 +68,10 @@ class Flights:
 
 @wp.struct
 class Leg:
-    """What one launch is to do: particles from `first` on take at most `steps` steps, none from `until` on.
+    """Task of one launch: particles from `first` on take at most `steps` steps, none from `until` on.
 
     eta: steps in units of the time in which the acceleration changes. extent: size of what pulls and how far it lies
-    from the origin. stride: no step leads farther. begin: time of the simulation's start.
+    from the origin. stride: greatest displacement of a step. begin: time of the simulation's start.
     """
 
     first: int
@@ -85,7 +85,7 @@ class Leg:
 
 @wp.func
 def first_step(x: wp.vec3d, v: wp.vec3d, a: wp.vec3d, extent: wp.float64):
-    """A step that is short in any case: later ones grow soon."""
+    """A safely short first step; later steps grow."""
     size = extent + wp.length(x)
     speed = wp.length(v)
     pull = wp.length(a)
@@ -101,7 +101,7 @@ def first_step(x: wp.vec3d, v: wp.vec3d, a: wp.vec3d, extent: wp.float64):
 
 @wp.func
 def fitted(plan: wp.float64, left: wp.float64):
-    """A step that leaves no crumb before the window's end."""
+    """The step shortened or stretched so that the rest of the window is not a tiny step."""
     h = plan
     if plan >= left:
         h = left
@@ -114,7 +114,7 @@ def fitted(plan: wp.float64, left: wp.float64):
 def radau_kernel(kinds_used):
     """Kernel (flights; leg, gravity, window): adaptive steps for gravity of the given kinds.
 
-    It leaves in `running` whether a particle still has to go on.
+    `running` is set if some particle has not arrived.
     """
     field = field_at(kinds_used)
     settled = settled_path(kinds_used)
@@ -242,10 +242,10 @@ def radau_kernel(kinds_used):
 
 @functools.cache
 def dense_kernel(kinds_used):
-    """Kernel (first, flights, gravity, window, times; positions, velocities): a moment within each one's last step.
+    """Kernel (first, flights, gravity, window, times; positions, velocities): dense output within each last step.
 
-    The step is taken once more, only as far as that moment: the polynomial's own error in between is larger than at the
-    end by far. NaN for those lost.
+    The step is repeated up to that time, as the polynomial's error inside a step is far larger than at its end. NaN for
+    lost particles.
     """
     settled = settled_path(kinds_used)
     place = place_rows(kinds_used)

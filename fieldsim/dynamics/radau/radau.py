@@ -1,4 +1,4 @@
-"""Adaptive Gauss-Radau of order 15: each particle flies in steps of its own, to rounding."""
+"""Adaptive Gauss-Radau of order 15, accurate to rounding; each particle has its own steps."""
 
 import dataclasses
 import math
@@ -19,7 +19,7 @@ from fieldsim.sources.elements import Sources
 from fieldsim.sources.stages import tables
 from fieldsim.sources.windows import Windows
 
-# A launch spans at most so many evaluations of an element, and keeps so many moving rows.
+# Limits of a launch: evaluations of an element, and rows of moving elements.
 LAUNCH_WORK = 20_000_000
 LAUNCH_STEPS = 4096
 SCRATCH_ROWS = 400_000
@@ -31,12 +31,12 @@ class Radau(Integrator):
     """Gauss-Radau of order 15 with adaptive steps (IAS15): errors at rounding level, also through close passages.
 
     Each particle has its own steps, about tau (5040 tolerance)^(1/7) long, tau the time in which its acceleration
-    changes. From a tolerance of 1e-7 down rounding is all that is left on smooth orbits. Positions at the times asked
-    for come from each step's polynomial, so that being asked costs no step and changes nothing.
+    changes. From a tolerance of 1e-7 down rounding is all that is left on smooth orbits. Output at given times comes
+    from each step's polynomial: it costs no step and changes nothing.
 
     Motions, masses and skeletons that are functions of time are sampled ahead, beyond the time asked for, too, and
-    interpolated to rounding over spans as long as that allows; what happens between samples alone, such as a jolt that
-    lasts a small part of a smooth span, is not seen.
+    interpolated to rounding over spans as long as that allows; a change between samples only, such as a jolt that
+    lasts a small part of a smooth span, is missed.
     Everhart 1985; Rein & Spiegel 2015; Pham, Rein & Spiegel 2024.
     """
 
@@ -104,7 +104,7 @@ class RadauRun:
 
         What was counted of them, and their closest passages, are kept.
         """
-        if time < self._windows.start:  # a run was interrupted and had gone ahead
+        if time < self._windows.start:  # an interrupted run had gone ahead
             self._windows, self._tables = Windows(self._sources, self._world, time, self._device), None
             which = np.ones(self._count, dtype=bool)
         fresh = self._start(positions, velocities, time)
@@ -127,7 +127,7 @@ class RadauRun:
         return kept(self._flights.t0.numpy()), kept(self._flights.t.numpy())
 
     def advance(self, until: float) -> None:
-        """Fly every particle by whole steps until it is at the time `until` or beyond."""
+        """Advance every particle by whole steps to the time `until` or beyond."""
         work = max(1, len(self._sources)) * 3 * ORDER * max(1, self._batch)
         self._leg.steps = min(LAUNCH_STEPS, max(1, LAUNCH_WORK // work))
         while True:
@@ -144,7 +144,7 @@ class RadauRun:
         return kept(self._flights.tau.numpy()), kept(self._flights.tau_at.numpy())
 
     def step(self, until: float = math.inf) -> None:
-        """Fly every particle that is not yet at `until` by one step, which the sources' present window may cut."""
+        """Advance every particle that is not yet at `until` by one step, at most to the end of the sources' window."""
         flying = self._flights.lost.numpy() == 0
         if flying.any() and (self._flights.t.numpy()[flying] >= self._windows.end).all():
             self._next_window()
@@ -168,7 +168,7 @@ class RadauRun:
         return x, v
 
     def _fly(self):
-        """Launches for all particles; whether some particle has to go on."""
+        """Launch for all particles; returns whether some particle has not arrived."""
         kernel = radau_kernel(self._sources.kinds_used)
         for first, count in self._batches():
             self._leg.first = first
@@ -179,7 +179,7 @@ class RadauRun:
 
     @property
     def _batch(self):
-        """Particles per launch: each has its own rows of what moves, one set for each node."""
+        """Particles per launch: each has its own rows of moving elements, one set for each node."""
         rows = STAGES * len(self._sources.moving_kinds)
         return min(self._count, max(1, SCRATCH_ROWS // rows)) if rows else self._count
 
@@ -192,7 +192,7 @@ class RadauRun:
         self._tables = None
 
     def _gravity(self):
-        """Rows that stay, and room for those that kernels put in place."""
+        """Rows of still elements, and room for the moving rows that kernels write."""
         if self._tables is None:
             rows = np.tile(self._windows.rows, (STAGES * self._batch, 1, 1))
             self._tables = tables(self._sources, self._sources.fixed.rows, rows, self._device)

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-# Newton steps and halvings towards a crossing at most.
+# Greatest number of Newton steps and bisections of a crossing.
 REFINEMENTS = 60
 
 
 def radau_crossings(run, section, start: float, end: float):
-    """Where the particles of a `RadauRun` pierce `section` between the times start and end.
+    """Crossings of the particles of a `RadauRun` with `section` between the times start and end.
 
     Returns times (M,), particles (M,), positions and velocities (M, 3), both in the section's frame.
     """
@@ -48,7 +48,7 @@ def _refined(states, pierced, begin, after, heights, end):
     """Times, particles, positions and velocities of one crossing each of the particles that pierced the plane."""
     below = heights < 0.0
     low, high = begin.copy(), after.copy()
-    # Only the particles that pierced are asked for within their steps: the others stay at their ends.
+    # Dense output is needed for the particles that crossed only: the others are taken at their ends.
     times = np.where(pierced, 0.5 * (low + high), after)
     for _ in range(REFINEMENTS):
         height, rate, _x, _v = states.at(times)
@@ -56,7 +56,7 @@ def _refined(states, pierced, begin, after, heights, end):
         low, high = np.where(before, times, low), np.where(before, high, times)
         with np.errstate(divide="ignore", invalid="ignore"):
             step = times - height / rate
-        # Beyond an end by a rounding error is at that end; farther, or NaN, is no help.
+        # A time beyond an end by rounding is moved to that end; farther ones, and NaN, are bisected.
         slack = 2.0 * np.spacing(np.abs(times))
         near = (step > low - slack) & (step < high + slack)
         new = np.where(pierced, np.where(near, np.clip(step, low, high), 0.5 * (low + high)), after)

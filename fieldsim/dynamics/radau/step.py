@@ -1,8 +1,8 @@
 """One step of the 15th-order Gauss-Radau method, as Warp functions.
 
-All seven nodes are evaluated with the same guess of the path, which leaves seven evaluations in a row that do not wait
-for each other: a processor overlaps them, and the sweep converges as fast as one from node to node. Positions at the
-nodes are carried along and corrected, so that a sweep costs little beside the field.
+All seven nodes are evaluated with the same iterate of the path, so that the seven evaluations are independent and a
+processor overlaps them; the iteration converges as fast as one from node to node. Positions at the nodes are kept and
+corrected, so that a sweep costs little beside the field.
 """
 
 import functools
@@ -18,13 +18,13 @@ from fieldsim.sources.stages import Stages
 
 SWEEPS = wp.constant(12)
 STAGES = wp.constant(ORDER + 1)
-# A sweep is the last where the next would change the path's end by less than this part of h^2 a.
+# A sweep is the last if the next would change the path's end by less than this part of h^2 a.
 SETTLED = wp.constant(wp.float64(1e-18))
-# Without settling so far, the step is too long; with it, what is left is the rounding of the field.
+# If it has not converged to this, the step is too long; else the rest is the rounding of the field.
 UNSETTLED = wp.constant(wp.float64(1e-6))
 # A step may be so many times longer than the one before, or shorter by as much without being taken again.
 CHANGE = wp.constant(wp.float64(4.0))
-# The last step's polynomial is of no use for one so many times longer.
+# Beyond this ratio of steps the last step's polynomial is no prediction for the next.
 EXTRAPOLATION = wp.constant(wp.float64(20.0))
 # b_6 of a smooth motion is about (h / tau)^7 a over 7!: FACTORIAL. KINK: so many times longer steps than it suggests
 # may be taken. NOISY: what rounding makes of it, in units of the noise of positions.
@@ -125,7 +125,7 @@ def largest(v: wp.vec3d):
 
 @functools.cache
 def settled_path(kinds_used):
-    """Warp function (x, a0, d, g, h, gravity, stage) -> (g, pull, whether it settled, sweeps).
+    """Warp function (x, a0, d, g, h, gravity, stage) -> (g, pull, whether it converged, sweeps).
 
     d: the nodes' offsets that belong to the guess g. stage: that of the step's start; those of the nodes follow it.
     pull: accelerations at the nodes, less a0.
@@ -160,7 +160,7 @@ def settled_path(kinds_used):
             size = largest(a0) + largest(pull[ORDER - 1])
             error = largest(moved)
             if sweep > 0:
-                # What the next sweep would change, from the pace so far; rounding makes an end to all progress.
+                # Estimated change by the next sweep, from the convergence so far, which rounding ends.
                 if error * error <= SETTLED * size * last or (sweep > 1 and error >= last):
                     good = wp.where(error <= UNSETTLED * size, 1, 0)
                     break

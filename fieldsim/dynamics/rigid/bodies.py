@@ -1,7 +1,7 @@
 """Free bodies of a simulation: their state on the host, moved launch by launch by one kernel on the CPU.
 
-Few bodies in one thread: what comes out, their poses at every stage, places the rows that particles feel (see
-`sources`), on whatever device these are.
+The few bodies are moved by one thread. Their poses at every stage place the rows of elements that particles feel (see
+`sources`), on the particles' device.
 """
 
 import contextlib
@@ -39,7 +39,7 @@ from fieldsim.numerics import quaternion
 from fieldsim.sources.elements import Sources
 from fieldsim.world.motion import Pose
 
-# Contacts want steps shorter than this share of 1 / (their angular frequency).
+# Steps must be shorter than this share of 1 / (angular frequency of contact).
 RESOLVED = 0.5
 
 
@@ -65,36 +65,38 @@ class FreeBodies(Uncopied):
         self._surfaces = Sources(world, "surface", time, prescribed=True)
         self._masses = masses_of(self.starts)
         self._state = rigid_state(self.starts)
-        # Without stiffness at first: the energy of the start decides on it.
+        # Without stiffness at first, as it follows from the energy of the start.
         self._shells = shells_of(self.starts, [0.0] * len(self))
         refuse_unequal_pulls(self.starts)
         poses = world.at(time).poses
         refuse_overlaps(world, self.starts, poses, time, [start.index for start in self.starts])
         refuse_bodies_on_sources(world, poses, time, self.starts)
-        self._harden()
+        self._set_stiffness()
         self._stand()
 
-    def _harden(self):
-        """Give contacts the stiffness that the energy of now asks for."""
+    def _set_stiffness(self):
+        """Set the stiffness of contacts from the present energy."""
         budget = self.kinetic_energies.sum() + abs(self.potential_energy())
         surfaces = [body.surface.at(self.time) for body in self.world.bodies if body.surface is not None]
-        gentlest = min(map(log_slope, surfaces), default=0.0)
-        self.stiffnesses = [start.stiffness(budget, gentlest) if start.shell else 0.0 for start in self.starts]
+        least_slope = min(map(log_slope, surfaces), default=0.0)
+        self.stiffnesses = [start.stiffness(budget, least_slope) if start.shell else 0.0 for start in self.starts]
         self._shells.weights = weights_of(self.starts, self.stiffnesses)
         # Alone a surface meets nothing.
         hardest = zip(self.starts, self.stiffnesses, strict=True) if len(surfaces) > 1 else ()
-        self._quickest = max((s.quickest(k, budget, gentlest) for s, k in hardest if k), default=0.0)
+        self._highest_frequency = max(
+            (s.highest_frequency(k, budget, least_slope) for s, k in hardest if k), default=0.0
+        )
         self._warned = False
 
     def _stand(self):
-        """Know the bodies' poses of now alone."""
+        """Keep the bodies' present poses only."""
         self._track = self._tracked([self.time], self._state.x.numpy()[None], self._state.q.numpy()[None])
 
     def moved(self, index: int, motion: dict) -> FreeBody:
         """Body `index` of the world as if it started now, with the given fields of its `Rigid`."""
         b, pose = self._number[index], self.present[index]
         start, turn = self.starts[b], Pose(rotation=motion.get("rotation", pose.rotation))
-        # About an axis without a moment nothing turns but by rounding.
+        # Spin about an axis without a moment of inertia is a rounding error.
         axes = (turn.matrix @ start.frame.matrix)[:, ~start.idle]
         now = {"position": pose.position, "rotation": pose.rotation, "velocity": self.momenta[b] / start.mass}
         now["angular_velocity"] = axes @ (axes.T @ self.angular_velocities[b])
@@ -114,7 +116,7 @@ class FreeBodies(Uncopied):
         for name, givers in _GIVERS.items():
             if any(giver in given for giver in givers):
                 getattr(self._state, name).numpy()[b] = getattr(fresh, name).numpy()[0]
-        self._harden()
+        self._set_stiffness()
         self._stand()
 
     def poses_with(self, time: float, moved=None) -> tuple[Pose, ...]:
@@ -184,11 +186,12 @@ class FreeBodies(Uncopied):
             raise
 
     def _warn_of_stiffness(self, dt):
-        if self._quickest * dt > RESOLVED and not self._warned:
+        frequency = self._highest_frequency
+        if frequency * dt > RESOLVED and not self._warned:
             self._warned = True
             warnings.warn(
-                f"free bodies: the hardest contact that their energy allows swings at {self._quickest:.3g} radians per "
-                f"unit of time, too fast for dt = {dt:.3g}; give dt below {RESOLVED / self._quickest:.2g}, or a lower "
+                f"free bodies: the hardest contact that their energy allows swings at {frequency:.3g} radians per "
+                f"unit of time, too fast for dt = {dt:.3g}; give dt below {RESOLVED / frequency:.2g}, or a lower "
                 "Rigid(stiffness=...)",
                 FieldsimWarning,
                 stacklevel=5,
@@ -279,7 +282,7 @@ class FreeBodies(Uncopied):
     @property
     def longest_step(self) -> float:
         """The longest step that resolves the hardest contact that their energy allows; inf where there is none."""
-        return RESOLVED / self._quickest if self.starts and self._quickest else math.inf
+        return RESOLVED / self._highest_frequency if self.starts and self._highest_frequency else math.inf
 
     def as_bodies(self) -> list:
         """The world's bodies with the free ones started as they move now."""

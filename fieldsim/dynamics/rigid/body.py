@@ -19,7 +19,7 @@ from fieldsim.world.motion import Pose
 
 # Relative error of the mass points' pull on what touches the body.
 TOLERANCE = 1e-8
-# Where a body has no surface, what comes nearer than this share of its size counts as touching.
+# Where a body has no surface, a distance below this share of its size counts as touching.
 NEAR = 0.25
 
 
@@ -133,10 +133,10 @@ class FreeBody:
         given = self.body.motion.stiffness
         return given or (energy or 1.0) / (self._hardness(slope) * self.depth**4)
 
-    def quickest(self, stiffness: float, energy: float, slope: float) -> float:
+    def highest_frequency(self, stiffness: float, energy: float, slope: float) -> float:
         """Angular frequency of contact in a hit of `energy`: of U ~ d^4 at the depth d where U is `energy`.
 
-        Its partner weighs as much at least, or the frequency is the partner's to tell.
+        Assumes the other body to be at least as heavy: the lighter body of a pair determines the frequency.
         """
         depth = (energy / (stiffness * self._hardness(slope))) ** 0.25
         return math.sqrt(24.0 * energy / self.mass) / depth if depth else 0.0

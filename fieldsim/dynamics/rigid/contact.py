@@ -1,11 +1,12 @@
 """Contact of free bodies: a conservative, short-range repulsion of surfaces, as Warp functions.
 
-Points spread over a body's surface feel the other's surface field: where log F > 0 they lie inside, and
+The points spread over a body's surface are tested in the other body's surface field: where log F > 0 they lie inside,
+and
 
     U = sum over points of stiffness * area * (log F)^3 / 3
 
 pushes them out. The cube makes the force smooth where contact begins, so that an integrator keeps its order. Two free
-bodies share one energy, the mean of both ways; prescribed bodies are felt by the points of the free ones. Nothing is
+bodies share one energy, the mean of both directions; prescribed bodies act on the points of the free ones. Nothing is
 lost in a contact: it is elastic and without friction.
 """
 

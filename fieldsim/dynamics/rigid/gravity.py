@@ -1,7 +1,7 @@
 """Gravity on free bodies, as Warp functions: every source's field acts on the mass points of every free body.
 
-Two free bodies share one energy: minus the mean of what the field of each does to the mass points of the other (of one
-alone, where only one pulls). Forces and torques are its derivatives on both, so that momentum, angular momentum and
+Two free bodies share one energy: minus the mean of each one's field at the mass points of the other (of one
+alone, if only one pulls). Forces and torques are its derivatives on both, so that momentum, angular momentum and
 energy are kept whatever the kernel, and however few the mass points.
 """
 

@@ -23,7 +23,7 @@ NOTHING = 1e-12
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class MassProperties:
-    """How a body resists: mass; center (3,): of mass, in the body's frame; inertia (3, 3) about it, in that frame."""
+    """Inertia of a body: mass; center (3,): of mass, in the body's frame; inertia (3, 3) about it, in that frame."""
 
     mass: float
     center: np.ndarray

@@ -5,7 +5,7 @@ The state is kept in the world's frame, where without forces momenta are constan
 A drift is exact: a straight line and the free rotor. A kick adds impulses and their moments.
 
 The energy of rotation is stored as well, and grows by what torques do. It is another constant of free rotation: each
-drift first turns the body, by what rounding has put its energy off, so that rounding errors of turns do not add up.
+drift first turns the body by the small angle that restores this energy, so that rounding errors of turns do not add up.
 """
 
 import functools
@@ -91,7 +91,7 @@ def drift(state: Rigids, masses: Masses, t: wp.float64):
         if size2 > wp.float64(0.0):
             change = lift(m, inverse, state.e[b])
             if wp.dot(change, change) > wp.float64(0.0):
-                # The body turns against the change, so that its angular momentum stays in the world's frame.
+                # Turn the body by the inverse change, so that its angular momentum is constant in the world's frame.
                 back = HALF / size2 * wp.cross(change, m)
                 q = q * wp.quatd(back[0], back[1], back[2], wp.float64(1.0))
                 m = m + change
@@ -110,7 +110,7 @@ def turning(q: wp.quatd, spin: wp.vec3d, inverse: wp.vec3d):
 
 @wp.func
 def kick(state: Rigids, masses: Masses, t: wp.float64):
-    """Let the forces and torques of the moment act for a time t."""
+    """Kick: apply the present forces and torques for a time t."""
     for b in range(state.x.shape[0]):
         p, p_rest = added(state.p[b], state.p_rest[b], t * state.force[b])
         state.p[b] = p
@@ -128,7 +128,7 @@ def kick(state: Rigids, masses: Masses, t: wp.float64):
 
 @wp.func
 def record(state: Rigids, stage: int):
-    """Write down where all bodies are."""
+    """Record the poses of all bodies."""
     for b in range(state.x.shape[0]):
         state.places[stage, b] = state.x[b]
         state.turns[stage, b] = state.q[b]
@@ -136,7 +136,7 @@ def record(state: Rigids, stage: int):
 
 @wp.func
 def record_end(state: Rigids, masses: Masses, step: int):
-    """Write down how all bodies move at the end of a step."""
+    """Record the velocities of all bodies at the end of a step."""
     for b in range(state.x.shape[0]):
         state.speeds[step, b] = state.p[b] / masses.mass[b]
         state.rates[step, b] = turning(state.q[b], state.spin[b], masses.inverse[b])

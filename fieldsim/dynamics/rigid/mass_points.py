@@ -6,7 +6,7 @@ import numpy as np
 
 from fieldsim.potentials.gravity import total_measure
 
-# Points at most along one length of a curve, a surface, a solid.
+# Greatest number of points along a dimension of a curve, a surface, a solid.
 MOST = {1: 64, 2: 16, 3: 6}
 # So many points along a length give moments of mass to rounding, also those of whole circles.
 EXACT = 24

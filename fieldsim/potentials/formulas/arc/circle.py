@@ -157,7 +157,6 @@ def inverse_square_circle(rho: real, inner: real, z: real, radius: real, softeni
 
 
 kernel = hole("rho, inner, z, radius, width, fold")
-
 offset = hole("x, y, z, rows, i, rho, height")
 
 

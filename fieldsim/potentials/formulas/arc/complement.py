@@ -7,9 +7,7 @@ from fieldsim.potentials.formulas.arc.frame import ARC
 
 # The kernel on an arc and on a full circle, and whether the latter serves for the former.
 arc = hole(ARC)
-
 circle = hole("rho, inner, z, radius, width, fold")
-
 hollow = hole("rho, radius, width")
 
 

@@ -158,9 +158,7 @@ def _direction(p: real, q: real, rho: real):
 
 
 kernel = hole(ARC)
-
 offset = hole("x, y, z, rows, i, rho, height")
-
 ends = hole("x, y, z, rows, i, rho, near, c0, s0")
 
 

@@ -43,7 +43,6 @@ def middle(angle: real, c0: real, s0: real):
 
 # h = SQUARE w^2 + CUBE w^3.
 SQUARE = hole()
-
 CUBE = hole()
 
 

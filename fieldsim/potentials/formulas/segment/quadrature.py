@@ -1,7 +1,7 @@
 """Segments under any smooth kernel of compact support, by quadrature of its law.
 
 Because such a kernel vanishes at its radius with its first derivative, F's derivatives are the integrals of the
-kernel's over the part of the segment within the radius, without terms of that part's ends (see `segment.compact`).
+kernel's over the part of the segment within the radius, without terms of that part's ends (see `segment.polynomial`).
 """
 
 import math

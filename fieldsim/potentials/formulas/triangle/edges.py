@@ -13,8 +13,6 @@ from fieldsim.portable import portable, real
 from fieldsim.potentials.formulas.triangle.cubature import far_away
 from fieldsim.potentials.formulas.triangle.frame import near_by, triangle_jet
 
-# Newtonian: F = sum d S - w Omega, w^2 = z^2 + softening^2, Omega the solid angle at height w.
-
 
 @portable
 def angles(d: real, lo: real, hi: real, w: real, g2: real):

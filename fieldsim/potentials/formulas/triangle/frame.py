@@ -36,14 +36,11 @@ FAR = 6.0
 
 # Closer than this many sizes to the plane or a line, and farther than the root of AT_CORNER from a corner, with care.
 CLOSE = 1e-3
-
 AT_CORNER = 1e-12
 
 # Adding and taking away 1.5 2^n in float64 rounds to a multiple of 2^(n - 52).
 GRID_8 = 1.5 * 2.0**8
-
 GRID_28 = 1.5 * 2.0**28
-
 GRID_32 = 1.5 * 2.0**32
 
 
@@ -115,7 +112,6 @@ def _edge(j: int, ax: real, ay: real, bx: real, by: real, cx: real, cy: real, d_
 
 # What a kernel adds for an edge, and what it makes of the sums; see `edges`.
 edge = hole("d, lo, length, z, k, fold, outside")
-
 total = hole("q_1, q_2, q_3, q_4, angle_1, angle_2, angle_3, z, k, fold, outside, trace")
 
 
@@ -286,11 +282,8 @@ def _again_with_care(
 
 
 is_gone = hole("away, size, k")
-
 points = hole("away, size, k")
-
 distant = hole("side, ax, ay, bx, by, cx, cy, z, area, k, fold")
-
 closed_form = hole("ax, ay, bx, by, cx, cy, d_ab, d_bc, d_ca, z, k, fold")
 
 

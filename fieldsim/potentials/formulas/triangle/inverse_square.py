@@ -18,9 +18,6 @@ from fieldsim.potentials.kernels import InverseSquare
 FAR_INVERSE = 4.0
 
 
-# Inverse square: half the integral of log(1 + (d^2 + t^2) / w^2) over the angle atan(t / d), Clausen's integrals.
-
-
 @portable
 def _sector(t: real, d: real, g: real, zeta: real, log_wide: real, log_near: real):
     """Half the integral from 0 to theta = atan(t / d) of log((g^2 + d^2 tan^2) / scale^2), d > 0.

@@ -20,9 +20,6 @@ from fieldsim.potentials.kernels.metaball import law as metaball
 METABALL_CORE = 13 / 108
 
 
-# Metaball: u = r / R; h = 1 - 3 u^2 within u = 1/3, 3/2 (1 - u)^2 from there to u = 1.
-
-
 @portable
 def metaball_levels(u2: real):
     """H / R^2 (0 at u = 1), h and R^2 dh/d(r^2) of the Metaball at u^2 = r^2 / R^2."""

@@ -12,12 +12,8 @@ from fieldsim.portable import hole, portable, real
 from fieldsim.potentials.formulas.triangle.edges import triangle_formula
 from fieldsim.potentials.formulas.triangle.support import angles_between, chord, compact_gone
 
-# Polynomials in y = 1 - r^2 / R^2: h = c2 y^2 + c3 y^3.
-
-
 # h = c2 y^2 + c3 y^3.
 c2 = hole()
-
 c3 = hole()
 
 

@@ -20,6 +20,7 @@ import inspect
 import math
 import typing
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -90,14 +91,8 @@ class Kernel:
     """A radial function h(r); `width` is the one parameter that formulas take. See the module's text."""
 
     law: typing.ClassVar[Portable]
-    inverse: typing.ClassVar[Callable]
-    width_of: typing.ClassVar[Callable]
     line: typing.ClassVar[Whole | Diverges | Finite]
     plane: typing.ClassVar[Whole | Diverges | Finite]
-    # The greatest -(log h)'' along any ray; the length over which h changes: functions of the width.
-    log_bend: typing.ClassVar[Callable]
-    scale_of: typing.ClassVar[Callable]
-
     # Whether the width is the reciprocal of a length; whether h is exp(fold - width^2 r^2).
     reciprocal: typing.ClassVar[bool] = False
     folds: typing.ClassVar[bool] = False
@@ -131,6 +126,26 @@ class Kernel:
                     f"{LEAST:g} to {MOST:g}, in another unit"
                 )
             object.__setattr__(self, field.name, value)
+
+    @staticmethod
+    def inverse(level: Any, width: Any, /) -> Any:
+        """Where h falls to a level; 0 where it is nowhere above. Arrays."""
+        raise NotImplementedError
+
+    @staticmethod
+    def width_of(radius: float, b: float, /) -> float:
+        """The width, from the radius R and the blobbiness -b of a material."""
+        raise NotImplementedError
+
+    @staticmethod
+    def log_bend(width: Any, /) -> Any:
+        """The greatest -(log h)'' along any ray."""
+        raise NotImplementedError
+
+    @staticmethod
+    def scale_of(width: Any, /) -> Any:
+        """The length over which h changes."""
+        raise NotImplementedError
 
     @property
     def width(self) -> float:
@@ -236,15 +251,18 @@ def distance(square):
 
 def _check(kernel, trait):
     """Raise InputError for a trait that is missing or of a wrong shape."""
-    arguments, types = _ARGUMENTS.get(trait), _TYPES.get(trait)
-    _wanted, remedy = arguments or types
     value = getattr(kernel, trait, None)
-    if value is None:
-        raise InputError(f"{kernel.__name__}: the kernel declares no {trait!r}; give {remedy}")
-    if arguments:
+    if trait in _ARGUMENTS:
+        count, remedy = _ARGUMENTS[trait]
+        # What `Kernel` itself has is only the place.
+        missing = value is None or value is getattr(Kernel, trait, None)
         fits = isinstance(value, Portable) if trait == "law" else callable(value)
-        fits = fits and len(inspect.signature(value.function if trait == "law" else value).parameters) == arguments[0]
+        function = value.function if isinstance(value, Portable) else value
+        fits = fits and len(inspect.signature(function).parameters) == count
     else:
-        fits = isinstance(value, types[0])
+        types, remedy = _TYPES[trait]
+        missing, fits = value is None, isinstance(value, types)
+    if missing:
+        raise InputError(f"{kernel.__name__}: the kernel declares no {trait!r}; give {remedy}")
     if not fits:
         raise InputError(f"{kernel.__name__}: {trait} is {validate.shown(value)}; give {remedy}")

@@ -7,20 +7,22 @@ import math
 import numpy as np
 import warp as wp
 
+from fieldsim.render.camera import Camera
 from fieldsim.render.materials import table
 from fieldsim.render.scene import bounds
-from fieldsim.render.scene.candidates import TILE, View, candidates, capsules
-from fieldsim.render.scene.hits import Balls
+from fieldsim.render.scene.candidates import TILE, Candidates, View, candidates, capsules
+from fieldsim.render.scene.hits import Balls, Lights
 from fieldsim.render.scene.intervals import CAMERA
 from fieldsim.render.scene.tables import Scene
 from fieldsim.render.shading import packet_shadows
 from fieldsim.render.shading.fog import fog_of
 from fieldsim.render.shading.lights import lights_of
-from fieldsim.render.shading.sky import sky_of
+from fieldsim.render.shading.sky import Sky, sky_of
 from fieldsim.render.solids.overlay import Shapes, SolidStage
 from fieldsim.render.solids.skeleton import drawn
 from fieldsim.render.solvers.packet import gaussian_elements
 from fieldsim.world.material import RAYS
+from fieldsim.world.world import Snapshot, Surface
 
 
 @dataclasses.dataclass(frozen=True)
@@ -33,79 +35,186 @@ class Band:
     whole: int
 
 
-class Stage:
-    """A snapshot on the device, as one camera sees it: lengths relative to the eye, in units of `unit`.
+@dataclasses.dataclass(frozen=True, eq=False)
+class Perspective:
+    """Where a picture is taken from. eye (3,): world position; unit: the length in which the device counts; view: rays.
 
-    lens: where on the camera's lens the eye is: distance from its middle, relative to its radius, and angle.
+    On the device all positions are relative to the eye, in units of `unit`.
     """
 
-    def __init__(self, snapshot, camera, renderer, lens=(0.0, 0.0)):
-        self.camera = camera
-        self.device = device = renderer.device
-        centers, radii, colors = snapshot.spheres
-        aside = _place_on_lens(camera, *lens)
-        self.eye = eye = np.asarray(camera.eye) + aside
-        self.view = _view(camera, aside, renderer.band)
-        self.surface, solids = drawn(snapshot, renderer.mode, eye, self.view.pixel)
-        surface = self.surface
-        renderer.solver.check(surface.elements)
-        self.count = len(surface.elements)
-        self.kinds = surface.elements.kinds_used
-        self.unit = bounds.unit_of(surface.elements, radii if len(radii) else solids.lengths)
-        self.bounded = bounded = bounds.bound(surface.elements, eye, self.unit, renderer.tolerance)
-        self.scene = _scene(bounded, surface, eye, self.unit, renderer.tolerance, device)
-        self.scene.pixel = self.view.pixel
-        self.packet_kind = gaussian_elements.kind_of(bounded)
-        self.table = gaussian_elements.elements_of(bounded, device) if self.packet_kind else None
-        # A radius of minus infinity keeps elements that the camera does not see out of all tiles.
-        seen = np.where(self.scene.visible.numpy() & int(CAMERA), bounded.radius, -np.inf)
-        shapes = capsules(bounded.start, bounded.end, seen, device)
-        self.lists = candidates(self.view, shapes, device)
-        centers, radii = (centers - eye) / self.unit, radii / self.unit
-        ball_shapes = capsules(centers, centers, radii, device)
-        self.ball_lists = candidates(self.view, ball_shapes, device)
-        self.lights = lights_of(snapshot.world.lights, eye, self.unit, renderer.shadows, device)
-        self.sky = sky_of(snapshot.world.background, self.view.pixel, device)
-        self.solids = SolidStage(solids, eye, self.unit, device) if len(solids) else None
-        self.shapes = self.solids.shapes if self.solids else Shapes()
-        self._bvhs = []
-        self.fog = fog_of(snapshot.world.fog, self.unit)
-        all_materials = [*surface.materials, *solids.materials]
-        self.optical = any(m.reflection or m.transmission for m in all_materials)
-        wide = bool((self.lights.size.numpy() > 0.0).any())
-        self.shadows = renderer.shadows and any(light.shadows for light in snapshot.world.lights)
-        # True if light can be partly transmitted: coloured or soft shadows, or bodies that cast none.
-        self.subtle = self.shadows and (wide or any(m.transmission or m.visible_to != RAYS for m in all_materials))
-        # True if there are secondary rays.
-        self._secondary = self.shadows or self.optical
-        if self.packet_kind and not self.subtle:
-            self.blockers = packet_shadows.blockers_of(self.lights, bounded, self, device)
-        self.balls = Balls()
-        self.balls.center = ball_shapes.start
-        self.balls.radius = ball_shapes.radius
-        self.balls.color = wp.array(colors, dtype=wp.vec3, device=device)
-        self.balls.tree = self._tree(centers, centers, radii, device) if self._secondary else wp.uint64(0)
+    camera: Camera
+    eye: np.ndarray
+    view: View
+    unit: float
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class SurfaceElements:
+    """The elements of the surface field F = 1.
+
+    surface: the field, its materials and poses; bounded: bounds of each element; scene: all of that on the device;
+    lists: the elements that each tile of the picture may see. packet_kind: which of the packet tracer's kinds they are,
+    "" if it cannot take them, see `gaussian_elements.kind_of`; packet: what it reads.
+    """
+
+    surface: Surface
+    bounded: bounds.Bounded
+    scene: Scene
+    lists: Candidates
+    packet_kind: str
+    packet: "gaussian_elements.GaussianElements | None"
+
+    @property
+    def count(self) -> int:
+        """Number of elements."""
+        return len(self.surface.elements)
+
+    @property
+    def kinds(self) -> tuple[int, ...]:
+        """The registry's numbers of the formulas in use, which a kernel must hold."""
+        return self.surface.elements.kinds_used
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Particles:
+    """Particles as balls on the device; lists: those that each tile of the picture may see; bvh: keeps their tree."""
+
+    balls: Balls
+    lists: Candidates
+    bvh: wp.Bvh | None
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Lighting:
+    """What light does. fog: the first arguments of its kernel, or None.
+
+    optical: whether something reflects or transmits; shadows: whether any light casts them; subtle: whether light can
+    be partly transmitted: coloured or soft shadows, or bodies that cast none.
+    """
+
+    lights: Lights
+    sky: Sky
+    fog: list | None
+    optical: bool
+    shadows: bool
+    subtle: bool
+
+    @property
+    def secondary(self) -> bool:
+        """Whether there are rays that begin on surfaces."""
+        return self.shadows or self.optical
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Stage:
+    """A snapshot on the device, as one camera sees it; see `stage_of`. solids: hard shapes, None without any."""
+
+    device: wp.Device
+    perspective: Perspective
+    elements: SurfaceElements
+    particles: Particles
+    solids: SolidStage | None
+    lighting: Lighting
+
+    @property
+    def shapes(self) -> Shapes:
+        """The hard shapes on the device, maybe none."""
+        return self.solids.shapes if self.solids else Shapes()
 
     @functools.cached_property
-    def tree(self):
-        """The bounding-volume tree of all elements, for secondary rays."""
-        bounded = self.bounded
-        if not self._secondary:
-            return wp.uint64(0)
-        return self._tree(bounded.start, bounded.end, bounded.radius, self.device)
+    def _bvh(self):
+        bounded = self.elements.bounded
+        return _tree(bounded.start, bounded.end, bounded.radius, self.device) if self.lighting.secondary else None
 
-    def _tree(self, start, end, radius, device):
-        if not len(start):
-            return wp.uint64(0)
-        low = np.minimum(start, end) - radius[:, None]
-        high = np.maximum(start, end) + radius[:, None]
-        tree = wp.Bvh(wp.array(low, dtype=wp.vec3, device=device), wp.array(high, dtype=wp.vec3, device=device))
-        self._bvhs.append(tree)
-        return tree.id
+    @property
+    def tree(self) -> wp.uint64:
+        """The bounding-volume tree of all elements, for secondary rays; built when it is first asked for."""
+        return _id(self._bvh)
+
+    @functools.cached_property
+    def blockers(self) -> packet_shadows.Blockers:
+        """What the packet tracer's shadow rays may meet."""
+        return packet_shadows.blockers_of(self.lighting.lights, self.elements.bounded, self, self.device)
 
 
-def _scene(bounded, surface, eye, unit, tolerance, device) -> Scene:
+def stage_of(snapshot: Snapshot, camera: Camera, renderer, lens: tuple[float, float] = (0.0, 0.0)) -> Stage:
+    """A snapshot on the renderer's device, as one camera sees it.
+
+    lens: where on the camera's lens the eye is: distance from its middle, relative to its radius, and angle.
+    Raises InputError for a surface that the renderer's solver cannot do.
+    """
+    device, tolerance = renderer.device, renderer.tolerance
+    centers, radii, colors = snapshot.spheres
+    aside = _place_on_lens(camera, *lens)
+    eye = np.asarray(camera.eye) + aside
+    view = _view(camera, aside, renderer.band)
+    surface, solids = drawn(snapshot, renderer.mode, eye, view.pixel)
+    renderer.solver.check(surface.elements)
+    unit = bounds.unit_of(surface.elements, radii if len(radii) else solids.lengths)
+    perspective = Perspective(camera, eye, view, unit)
+    materials = [*surface.materials, *solids.materials]
+    lighting = _lighting(snapshot.world, materials, perspective, renderer.shadows, device)
+    return Stage(
+        device,
+        perspective,
+        _surface_elements(surface, perspective, tolerance, device),
+        _particles((centers - eye) / unit, radii / unit, colors, view, lighting.secondary, device),
+        SolidStage(solids, eye, unit, device) if len(solids) else None,
+        lighting,
+    )
+
+
+def _surface_elements(surface, perspective, tolerance, device):
+    bounded = bounds.bound(surface.elements, perspective.eye, perspective.unit, tolerance)
+    scene = _scene(bounded, surface, perspective, tolerance, device)
+    packet_kind = gaussian_elements.kind_of(bounded)
+    packet = gaussian_elements.elements_of(bounded, device) if packet_kind else None
+    # A radius of minus infinity keeps elements that the camera does not see out of all tiles.
+    seen = np.where(scene.visible.numpy() & int(CAMERA), bounded.radius, -np.inf)
+    lists = candidates(perspective.view, capsules(bounded.start, bounded.end, seen, device), device)
+    return SurfaceElements(surface, bounded, scene, lists, packet_kind, packet)
+
+
+def _particles(centers, radii, colors, view, secondary, device):
+    shapes = capsules(centers, centers, radii, device)
+    bvh = _tree(centers, centers, radii, device) if secondary else None
+    balls = Balls()
+    balls.center, balls.radius = shapes.start, shapes.radius
+    balls.color = wp.array(colors, dtype=wp.vec3, device=device)
+    balls.tree = _id(bvh)
+    return Particles(balls, candidates(view, shapes, device), bvh)
+
+
+def _lighting(world, materials, perspective, shadows, device):
+    lights = lights_of(world.lights, perspective.eye, perspective.unit, shadows, device)
+    shadows = shadows and any(light.shadows for light in world.lights)
+    wide = bool((lights.size.numpy() > 0.0).any())
+    return Lighting(
+        lights,
+        sky_of(world.background, perspective.view.pixel, device),
+        fog_of(world.fog, perspective.unit),
+        optical=any(m.reflection or m.transmission for m in materials),
+        shadows=shadows,
+        subtle=shadows and (wide or any(m.transmission or m.visible_to != RAYS for m in materials)),
+    )
+
+
+def _tree(start, end, radius, device):
+    """A bounding-volume tree of capsules (N,), or None without any."""
+    if not len(start):
+        return None
+    low = np.minimum(start, end) - radius[:, None]
+    high = np.maximum(start, end) + radius[:, None]
+    return wp.Bvh(wp.array(low, dtype=wp.vec3, device=device), wp.array(high, dtype=wp.vec3, device=device))
+
+
+def _id(bvh):
+    return wp.uint64(0) if bvh is None else bvh.id
+
+
+def _scene(bounded, surface, perspective, tolerance, device) -> Scene:
     scene = Scene()
+    scene.pixel = perspective.view.pixel
     scene.rows = wp.array(bounded.rows, dtype=float, ndim=2, device=device)
     scene.kinds = wp.array(bounded.kinds, dtype=int, device=device)
     scene.shape = wp.array(bounded.shape, dtype=int, device=device)
@@ -122,8 +231,8 @@ def _scene(bounded, surface, eye, unit, tolerance, device) -> Scene:
     scene.owner = wp.array(surface.owner, dtype=int, device=device)
     scene.materials, scene.texels = table.table(surface.materials, device)
     turns = [pose.matrix.T for pose in surface.poses]
-    shifts = [turn @ (eye - pose.position) for turn, pose in zip(turns, surface.poses, strict=True)]
-    turns = unit * np.array(turns).reshape(-1, 3, 3)
+    shifts = [turn @ (perspective.eye - pose.position) for turn, pose in zip(turns, surface.poses, strict=True)]
+    turns = perspective.unit * np.array(turns).reshape(-1, 3, 3)
     scene.turns = wp.array(turns, dtype=wp.mat33, device=device)
     scene.shifts = wp.array(np.array(shifts).reshape(-1, 3), dtype=wp.vec3, device=device)
     return scene

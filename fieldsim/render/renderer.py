@@ -14,7 +14,7 @@ from fieldsim.launch import device_named, launch
 from fieldsim.render import layers
 from fieldsim.render.antialiasing import Smoother
 from fieldsim.render.camera import Camera
-from fieldsim.render.device_scene import Band, Stage
+from fieldsim.render.device_scene import Band, stage_of
 from fieldsim.render.scene import bounds
 from fieldsim.render.scene.candidates import TILE
 from fieldsim.render.scene.hits import BALLS, exact_depth
@@ -115,7 +115,7 @@ class Renderer:
         if len(snapshots) > 1 or cameras[0].aperture > 0.0:
             color = self._blurred(snapshots, cameras)
         else:
-            stage = Stage(snapshots[0], cameras[0], self)
+            stage = stage_of(snapshots[0], cameras[0], self)
             color, hits = self._developed(stage, self._grid, "pixels")
             if self.samples > 1:
                 shade = functools.partial(self._supersampled, stage)
@@ -131,11 +131,11 @@ class Renderer:
         """Distances along the rays through pixel centres (inf for a miss), (H, W), and unit normals, (H, W, 3)."""
         _check_one("Renderer.depth_and_normals", snapshot, camera)
         self._layout()
-        stage = Stage(snapshot, camera.at(snapshot.time), self)
+        stage = stage_of(snapshot, camera.at(snapshot.time), self)
         hits = self._tracer.trace(stage, self._grid, "pixels", exact=True)
         slot = self._slot.numpy()
         width, height = self.size
-        depth = exact_depth(hits, len(slot))[slot].reshape(height, width) * stage.unit
+        depth = exact_depth(hits, len(slot))[slot].reshape(height, width) * stage.perspective.unit
         return np.where(depth < 0, np.inf, depth), hits.normal.numpy()[slot].reshape(height, width, 3)
 
     def layers(self, snapshot, camera: Camera) -> dict[str, np.ndarray]:
@@ -146,9 +146,9 @@ class Renderer:
         _check_one("Renderer.layers", snapshot, camera)
         self.solver.check_layers()
         self._layout()
-        stage = Stage(snapshot, camera.at(snapshot.time), self)
+        stage = stage_of(snapshot, camera.at(snapshot.time), self)
         hits = self._tracer.trace(stage, self._grid, "layers", exact=True, layered=True)
-        return layers.collect(hits, self._slot.numpy(), self.size, stage.unit, snapshot)
+        return layers.collect(hits, self._slot.numpy(), self.size, stage.perspective.unit, snapshot)
 
     @property
     def rays(self) -> int:
@@ -174,7 +174,7 @@ class Renderer:
     def _developed(self, stage, samples, name):
         """(linear colours after exposure and tone, hits) of samples of the picture."""
         color, hits = self._tracer.colors(stage, samples, name)
-        camera = stage.camera
+        camera = stage.perspective.camera
         if camera.exposure != 0.0 or camera.tone != "clip":
             filmic = int(camera.tone == "filmic")
             launch(_expose, samples.shape[0], [2.0**camera.exposure, filmic], [color], device=self.device)
@@ -189,8 +189,8 @@ class Renderer:
             moment = k * len(snapshots) // count
             # Times are in order; any few consecutive points on the lens and in a pixel are spread evenly.
             u, v, x, y = np.modf(0.5 + (k + 1) * _SPREAD)[0]
-            stage = Stage(snapshots[moment], cameras[moment], self, lens=(math.sqrt(u), math.tau * v))
-            stage.lights.share, stage.lights.seed = count, k
+            stage = stage_of(snapshots[moment], cameras[moment], self, lens=(math.sqrt(u), math.tau * v))
+            stage.lighting.lights.share, stage.lighting.lights.seed = count, k
             samples = wp.array(grid + np.array((x - 0.5, y - 0.5)), dtype=wp.vec2, device=self.device)
             color, _hits = self._developed(stage, samples, "pixels")
             launch(_add, total.shape[0], [1.0 / count, color], [total], device=self.device)
@@ -213,18 +213,18 @@ class Renderer:
 
     def _supersampled(self, stage, samples, share):
         """Colours of samples within pixels, `share` of them in each."""
-        stage.lights.share = share
+        stage.lighting.lights.share = share
         return self._developed(stage, samples, "samples")[0]
 
     def _warn_if_empty(self, stage, hits):
         """Warn once, at the first picture of bodies, if no pixel shows one because the field stays below the level."""
-        if self._checked_empty or not stage.count:
+        if self._checked_empty or not stage.elements.count:
             return
         self._checked_empty = True
         things = hits.thing.numpy()
         if ((things >= 0) & (things < int(BALLS))).any():
             return
-        if not bounds.reaches_level(stage.bounded):
+        if not bounds.reaches_level(stage.elements.bounded):
             warnings.warn(
                 "nothing to see: the surface field stays below its level even on the skeleton; lower the materials' "
                 "threshold or raise their radius",

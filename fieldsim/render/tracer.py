@@ -39,7 +39,7 @@ class Tracer:
     def colors(self, stage, samples, name) -> tuple[wp.array, Hits]:
         """(linear colours (N,), hits) of samples (N,) of the picture; buffers are kept under `name`."""
         hits = self.trace(stage, samples, name)
-        weight = wp.full(samples.shape[0], 1.0, dtype=float, device=self.device) if stage.optical else None
+        weight = wp.full(samples.shape[0], 1.0, dtype=float, device=self.device) if stage.lighting.optical else None
         return self._lit(stage, hits, samples.shape[0], weight, 0), hits
 
     def trace(self, stage, samples, name, *, exact=False, layered=False) -> Hits:
@@ -48,46 +48,48 @@ class Tracer:
         hits = self._buffers(name, count, stage, exact)
         options = {"layered": True} if layered else self.solver.options
         if layered:
-            layers.make_room(hits, count, stage.scene.materials.shape[0], self.device)
-        inputs = [stage.view, stage.scene, self.solver.lists(stage), stage.balls, stage.ball_lists]
-        if stage.packet_kind and not layered and self.solver.name == "hermite":
-            kernel = packet_kernel(stage.packet_kind, self._simd_width)
-            given = [stage.view, stage.scene, stage.table, stage.lists, stage.balls, stage.ball_lists]
+            layers.make_room(hits, count, stage.elements.scene.materials.shape[0], self.device)
+        elements, particles = stage.elements, [stage.particles.balls, stage.particles.lists]
+        inputs = [stage.perspective.view, elements.scene, self.solver.lists(stage), *particles]
+        if elements.packet_kind and not layered and self.solver.name == "hermite":
+            kernel = packet_kernel(elements.packet_kind, self._simd_width)
+            given = [stage.perspective.view, elements.scene, elements.packet, elements.lists, *particles]
             self._launch_groups(kernel, count, [*given, samples, hits])
         else:
-            launch(trace_kernel(stage.kinds, **options), count, [*inputs, samples, hits], device=self.device)
+            launch(trace_kernel(elements.kinds, **options), count, [*inputs, samples, hits], device=self.device)
         late = np.flatnonzero(hits.thing.numpy()[:count] == int(OVERFLOW))
-        self._launch_late(trace_kernel(stage.kinds, True, **options), late, stage, inputs, [samples, hits])
+        self._launch_late(trace_kernel(elements.kinds, True, **options), late, stage, inputs, [samples, hits])
         self.solver.finish(stage, samples, hits)
         return self._finished(stage, hits, count, CAMERA)
 
     def _onward(self, stage, hits, count, ray) -> Hits:
         """Hits of secondary rays (N,)."""
-        inputs = [ray, stage.scene, stage.tree, stage.balls]
-        launch(reflection.ray_kernel(stage.kinds), count, [*inputs, hits], device=self.device)
+        inputs = [ray, stage.elements.scene, stage.tree, stage.particles.balls]
+        launch(reflection.ray_kernel(stage.elements.kinds), count, [*inputs, hits], device=self.device)
         late = np.flatnonzero(hits.thing.numpy()[:count] == int(OVERFLOW))
-        self._launch_late(reflection.ray_kernel(stage.kinds, True), late, stage, inputs, [hits])
+        self._launch_late(reflection.ray_kernel(stage.elements.kinds, True), late, stage, inputs, [hits])
         return self._finished(stage, hits, count, ray)
 
     def _finished(self, stage, hits, count, ray):
         self.rays += count
         if stage.solids is not None:
             # With coloured or soft shadows, subtle.shade_kernel tests the hard shapes, so `overlay` need not.
-            stage.solids.overlay(hits, stage.lights, stage.view.pixel, count, ray, hide=not stage.subtle)
+            lighting, pixel = stage.lighting, stage.perspective.view.pixel
+            stage.solids.overlay(hits, lighting.lights, pixel, count, ray, hide=not lighting.subtle)
         return hits
 
     def _lit(self, stage, hits, count, weight, depth):
         """Colours of hits. weight: their share of the pixel; depth: number of reflections and refractions so far."""
         parts = None
-        if stage.optical:
+        if stage.lighting.optical:
             parts = [wp.empty(count, dtype=wp.vec3, device=self.device) for _ in range(2)]
             launch(reflection.part, count, [hits], parts, device=self.device)
         color = self._shade(stage, hits, count)
-        if stage.optical and depth < reflection.DEEPEST:
+        if stage.lighting.optical and depth < reflection.DEEPEST:
             for ray, share in zip((REFLECTED, TRANSMITTED), parts, strict=True):
                 self._reflect(stage, hits, count, ray, share, weight, depth, color)
-        if stage.fog is not None:
-            launch(fog_kernel, count, [*stage.fog, stage.sky, hits], [color], device=self.device)
+        if stage.lighting.fog is not None:
+            launch(fog_kernel, count, [*stage.lighting.fog, stage.lighting.sky, hits], [color], device=self.device)
         return color
 
     def _reflect(self, stage, hits, count, ray, share, weight, depth, color):
@@ -111,39 +113,41 @@ class Tracer:
         """Colours from the lights and the sky, without reflection and refraction."""
         color = wp.empty(count, dtype=wp.vec3, device=self.device)
         rays = wp.empty(count, dtype=int, device=self.device)
-        kernel_of = subtle.shade_kernel if stage.subtle else lights.shade_kernel
-        light = [stage.balls, stage.shapes, stage.lights, stage.sky]
-        if stage.packet_kind and not stage.subtle:
+        kernel_of = subtle.shade_kernel if stage.lighting.subtle else lights.shade_kernel
+        light = [stage.particles.balls, stage.shapes, stage.lighting.lights, stage.lighting.sky]
+        if stage.elements.packet_kind and not stage.lighting.subtle:
             self._shade_packets(stage, hits, color, rays)
         else:
-            inputs = [stage.scene, stage.tree, *light, hits, color, rays]
-            launch(kernel_of(stage.kinds), count, inputs, device=self.device, parts=self._shadow_rays(stage))
+            inputs = [stage.elements.scene, stage.tree, *light, hits, color, rays]
+            launch(kernel_of(stage.elements.kinds), count, inputs, device=self.device, parts=self._shadow_rays(stage))
         late = np.flatnonzero(rays.numpy() < 0)
         if len(late):
             # Reading stage.tree builds the tree.
-            inputs = [stage.scene, stage.tree, *light]
+            inputs = [stage.elements.scene, stage.tree, *light]
             parts = self._shadow_rays(stage)
-            self._launch_late(kernel_of(stage.kinds, True), late, stage, inputs, [hits, color, rays], parts)
+            self._launch_late(kernel_of(stage.elements.kinds, True), late, stage, inputs, [hits, color, rays], parts)
         self.rays += int(rays.numpy().sum())
         return color
 
     @staticmethod
     def _shadow_rays(stage):
         """Greatest number of shadow rays of a sample."""
-        if not stage.subtle:
+        if not stage.lighting.subtle:
             return 1
-        return max(1, int((-(-stage.lights.samples.numpy() // stage.lights.share)).sum()))
+        lights = stage.lighting.lights
+        return max(1, int((-(-lights.samples.numpy() // lights.share)).sum()))
 
     def _shade_packets(self, stage, hits, color, rays):
         """The same by packets, for scenes of Gaussian elements."""
-        blockers, kind = stage.blockers, (stage.packet_kind, self._simd_width)
+        blockers, kind = stage.blockers, (stage.elements.packet_kind, self._simd_width)
+        packet, light = stage.elements.packet, stage.lighting
         cell = wp.empty((blockers.light.shape[0], color.shape[0]), dtype=int, device=self.device)
-        arguments = [stage.table, blockers, stage.balls, stage.lights, stage.sky, hits, color, rays, cell]
+        arguments = [packet, blockers, stage.particles.balls, light.lights, light.sky, hits, color, rays, cell]
         kernel = packet_shadows.shade_kernel(*kind, bool(blockers.tree))
         self._launch_groups(kernel, color.shape[0], arguments)
         if cell.shape[0]:
             key, ids = packet_shadows.by_cell(cell.flatten(), blockers.first.shape[0])
-            arguments = [stage.table, blockers, stage.lights, hits, key, ids, color, rays]
+            arguments = [packet, blockers, light.lights, hits, key, ids, color, rays]
             self._launch_groups(packet_shadows.cells_kernel(*kind), key.shape[0], arguments)
 
     def _buffers(self, name, count, stage, exact=False) -> Hits:
@@ -162,7 +166,7 @@ class Tracer:
             self._hits[name] = hits
         if stage.solids is None:
             hits.blocked = wp.empty((0, 0), dtype=wp.uint8, device=self.device)
-        for field, dtype, wanted in (("optics", wp.vec4, stage.optical), ("rest", float, exact)):
+        for field, dtype, wanted in (("optics", wp.vec4, stage.lighting.optical), ("rest", float, exact)):
             room = hits.depth.shape[0] if wanted else 0
             if getattr(hits, field).shape[0] != room:
                 setattr(hits, field, wp.empty(room, dtype=dtype, device=self.device))
@@ -175,7 +179,7 @@ class Tracer:
 
     def _launch_late(self, kernel, late, stage, inputs, outputs, parts=1):
         """Launch a kernel for the samples `late`, whose intervals did not fit, with global memory for them."""
-        room = max(stage.count, 1)
+        room = max(stage.elements.count, 1)
         step = max(1, _SCRATCH // room)
         for k in range(0, len(late), step):
             which = wp.array(late[k : k + step].astype(np.int32), dtype=int, device=self.device)

@@ -8,7 +8,7 @@ import warp as wp
 from referee_scenes import scenes
 
 import fieldsim as fs
-from fieldsim.render.device_scene import Stage
+from fieldsim.render.device_scene import stage_of
 from fieldsim.render.scene.compaction import picked
 from fieldsim.render.shading import packet_shadows
 from fieldsim.render.solvers.packet import gaussian_elements
@@ -82,7 +82,7 @@ def test_which_scenes_are_traced_by_packets():
     def kind_of(*primitives, **look):
         world = fs.World()
         world.add_body(fs.Body(list(primitives), surface=fs.Material(**look)))
-        return Stage(world.at(0.0), CAMERA, renderer()).packet_kind
+        return stage_of(world.at(0.0), CAMERA, renderer()).elements.packet_kind
 
     point, line = fs.Point((0, 0, 0)), fs.Segment((0, 0, 0), (1, 0, 0))
     ring = fs.Circle((0, 0, 0), (0, 0, 1), 1.0)

@@ -58,7 +58,7 @@ class Solver:
 
     def lists(self, stage) -> Candidates:
         """The candidates of the tracing kernel."""
-        return stage.lists
+        return stage.elements.lists
 
     def finish(self, stage, samples, hits) -> None:
         """Post-processing after the tracing kernel; none by default."""
@@ -77,27 +77,27 @@ class SafeSteps(Solver):
 
     def lists(self, stage):
         """Empty lists: the tracing kernel finds no surface."""
-        tiles = stage.view.tiles * -(-stage.view.height // TILE)
-        device = stage.lists.ids.device
+        tiles = stage.perspective.view.tiles * -(-stage.perspective.view.height // TILE)
+        device = stage.elements.lists.ids.device
         nothing = Candidates()
         nothing.first = wp.zeros(tiles + 1, dtype=int, device=device)
-        nothing.ids, nothing.near = stage.lists.ids, stage.lists.near
+        nothing.ids, nothing.near = stage.elements.lists.ids, stage.elements.lists.near
         return nothing
 
     def finish(self, stage, samples, hits):
         """Write surface hits over what lies behind them."""
-        count, view = samples.shape[0], stage.view
+        count, view = samples.shape[0], stage.perspective.view
         x, y = samples.numpy().astype(float).T
         corner, across, down = (np.array(v, dtype=float) for v in (view.corner, view.across, view.down))
         directions = corner + x[:, None] * across + y[:, None] * down
         directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-        referee = Referee(stage.surface.elements, stage.lists.ids.device)
-        depths, normals = referee.first_hits(stage.eye, directions)
+        referee = Referee(stage.elements.surface.elements, stage.elements.lists.ids.device)
+        depths, normals = referee.first_hits(stage.perspective.eye, directions)
         behind = hits.thing.numpy()[:count] != -1
-        far = np.where(behind, hits.depth.numpy()[:count].astype(float) * stage.unit, np.inf)
+        far = np.where(behind, hits.depth.numpy()[:count].astype(float) * stage.perspective.unit, np.inf)
         which = np.flatnonzero(depths < far)
-        points = stage.eye + depths[which, None] * directions[which]
-        referee.describe(hits, which, depths[which] / stage.unit, normals[which], points, stage)
+        points = stage.perspective.eye + depths[which, None] * directions[which]
+        referee.describe(hits, which, depths[which] / stage.perspective.unit, normals[which], points, stage)
 
 
 def _formulas(elements):

@@ -269,7 +269,9 @@ class Referee:
             wp.array(values, dtype=dtype, device=self.device)
             for values, dtype in ((points, wp.vec3d), (depths, wp.float64), (normals, wp.vec3), (which, int))
         ]
-        launch(describe_kernel(self.kinds), len(which), [scene, stage.scene, *arrays, hits], device=self.device)
+        launch(
+            describe_kernel(self.kinds), len(which), [scene, stage.elements.scene, *arrays, hits], device=self.device
+        )
 
 
 def _ball(elements, rows):

@@ -35,7 +35,7 @@ def geom_points(model, body: int) -> np.ndarray:
     """Points (n, 4) all over the geoms of a body: places in its inertial frame, shares of its mass."""
     parts = []
     for geom in range(model.body_geomadr[body], model.body_geomadr[body] + model.body_geomnum[body]):
-        found = _filled(model, geom)
+        found = filled(model, geom)
         if found is not None:
             parts.append((into_inertial(model, geom, found[0]), found[1]))
     mass, inertia = model.body_mass[body], model.body_inertia[body]
@@ -76,7 +76,7 @@ def _matched(places, shares, wanted):
     return places @ (inverse @ middle @ inverse).T
 
 
-def _filled(model, geom):
+def filled(model, geom):
     """Points (n, 3) inside a geom, in its frame, with their volumes (n,); None for one without volume."""
     kind, size = Kind(int(model.geom_type[geom])), model.geom_size[geom]
     if kind == Kind.mjGEOM_SPHERE:

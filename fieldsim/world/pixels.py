@@ -22,7 +22,7 @@ _REMEDY = "give a path or an array (height, width, 3), uint8 or sRGB floats in 0
 
 # How a camera was held (Exif 2.32, table 6): what sets its pictures upright.
 _ORIENTATION = 0x0112
-_TURNS = {
+TURNS = {
     2: Image.Transpose.FLIP_LEFT_RIGHT,
     3: Image.Transpose.ROTATE_180,
     4: Image.Transpose.FLIP_TOP_BOTTOM,
@@ -116,7 +116,7 @@ def _check(picture):
 def _decoded(picture):
     """The array of a picture, upright: grey or RGB."""
     picture.load()
-    turn = _TURNS.get(_orientation(picture) or 0)
+    turn = TURNS.get(_orientation(picture) or 0)
     if turn is not None:
         picture = picture.transpose(turn)
     if picture.mode == "F" or picture.mode.startswith("I;16"):

@@ -330,7 +330,7 @@ def test_logs_take_off_what_was_given(body, invariant):
         simulation.advance(time)
         log.record()
         before = fs.energy(simulation.snapshot()).total.sum()
-        spin = log._spin
+        spin = fs.common_spin(simulation.world)
         before = fs.jacobi(simulation.snapshot(), spin).sum() if spin else before
         burnt(simulation)
         after = fs.energy(simulation.snapshot()).total.sum()

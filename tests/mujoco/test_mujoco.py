@@ -100,7 +100,7 @@ def test_points_fill_the_geoms(shape):
     model = model_of(f'<body><freejoint/><geom {SHAPES[shape]} pos="0.1 0.2 0.3" euler="10 20 30"/></body>')
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    places, volumes = points._filled(model, 0)
+    places, volumes = points.filled(model, 0)
     shares = volumes / volumes.sum()
     np.testing.assert_allclose(volumes.sum() * 1000, model.body_mass[1], rtol=1e-10)
     inertial = points.into_inertial(model, 0, places)
@@ -127,7 +127,7 @@ def test_meshes_are_filled():
         f'<mujoco><asset><mesh name="m" vertex="{vertices}"/></asset><worldbody><body><freejoint/>'
         '<geom type="mesh" mesh="m"/></body></worldbody></mujoco>'
     )
-    _, volumes = points._filled(model, 0)
+    _, volumes = points.filled(model, 0)
     np.testing.assert_allclose(volumes.sum(), 0.6 * 0.4 * 0.2, rtol=1e-6)
 
 

@@ -13,7 +13,7 @@ from fieldsim.mujoco.scene import planet
 DONUT = fs.Circle((0, 0, 0), (0, 0, 1), 1.0)
 CLAY = fs.Material(radius=0.25, blobbiness=-8.0)
 PLANET = fs.Body(DONUT, gravity=fs.Newtonian(), mass=1.0, surface=CLAY, name="donut")
-with_sdf = pytest.mark.skipif(planet._version() < planet.SDF_SINCE, reason="this MuJoCo makes no distance field")
+with_sdf = pytest.mark.skipif(planet.mujoco_version() < planet.SDF_SINCE, reason="this MuJoCo makes no distance field")
 
 
 def model_with(geoms, bodies, timestep=0.005):

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from PIL import Image
+from test_render import rays
 
 import fieldsim as fs
 from fieldsim.render import renderer
@@ -24,17 +25,6 @@ def linear(picture):
     """Linear light of an sRGB picture."""
     srgb = picture / 255.0
     return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
-
-
-def rays(camera, size):
-    """Unit directions through the pixels' centres, (H, W, 3)."""
-    width, height = size
-    right, up, forward = camera.axes()
-    half = np.tan(np.radians(camera.fov) / 2)
-    x = (np.arange(width) + 0.5 - width / 2) / (height / 2) * half
-    y = -(np.arange(height) + 0.5 - height / 2) / (height / 2) * half
-    d = forward + x[None, :, None] * right + y[:, None, None] * up
-    return d / np.linalg.norm(d, axis=-1, keepdims=True)
 
 
 def sky(d):

@@ -111,7 +111,7 @@ def test_exif_sets_a_picture_upright(stored, kind, orientation):
     upright.paste("white", (0, 0, 8, 8))
     upright.paste("red", (0, 0, 4, 4))
     # What undoes a turn is itself, but for the quarters.
-    turn = pixels._TURNS.get({6: 8, 8: 6}.get(orientation, orientation))
+    turn = pixels.TURNS.get({6: 8, 8: 6}.get(orientation, orientation))
     exif = Image.Exif()
     exif[0x0112] = orientation
     path = stored(upright if turn is None else upright.transpose(turn), kind, exif=exif)

@@ -50,7 +50,11 @@ _GIVERS |= dict.fromkeys(("spin", "spin_rest", "e", "e_rest"), _TURNING)
 
 
 class FreeBodies(Uncopied):
-    """All free bodies of a world. len() is their number; they count in the world's order."""
+    """All free bodies of a world. len() is their number; they count in the world's order.
+
+    state: what moves them, as the kernel keeps it on the host; its forces and torques are those of the last
+    `potential_energy()`.
+    """
 
     _remedy = "copy what it gives, such as bodies.centers"
 
@@ -64,7 +68,7 @@ class FreeBodies(Uncopied):
         self._gravity = Sources(world, "gravity", time, prescribed=True)
         self._surfaces = Sources(world, "surface", time, prescribed=True)
         self._masses = masses_of(self.starts)
-        self._state = rigid_state(self.starts)
+        self.state = rigid_state(self.starts)
         # Without stiffness at first, as it follows from the energy of the start.
         self._shells = shells_of(self.starts, [0.0] * len(self))
         refuse_unequal_pulls(self.starts)
@@ -90,7 +94,7 @@ class FreeBodies(Uncopied):
 
     def _stand(self):
         """Keep the bodies' present poses only."""
-        self._track = self._tracked([self.time], self._state.x.numpy()[None], self._state.q.numpy()[None])
+        self._track = self._tracked([self.time], self.state.x.numpy()[None], self.state.q.numpy()[None])
 
     def moved(self, index: int, motion: dict) -> FreeBody:
         """Body `index` of the world as if it started now, with the given fields of its `Rigid`."""
@@ -115,7 +119,7 @@ class FreeBodies(Uncopied):
         fresh = rigid_state([start])
         for name, givers in _GIVERS.items():
             if any(giver in given for giver in givers):
-                getattr(self._state, name).numpy()[b] = getattr(fresh, name).numpy()[0]
+                getattr(self.state, name).numpy()[b] = getattr(fresh, name).numpy()[0]
         self._set_stiffness()
         self._stand()
 
@@ -138,7 +142,7 @@ class FreeBodies(Uncopied):
         return own * (own + len(self._gravity) + len(self._surfaces))
 
     @property
-    def _kinds(self):
+    def kinds_used(self):
         """Kinds that occur: of gravity and of surfaces, each of the prescribed bodies' and the free ones' elements."""
         masses, shells = (tuple(np.unique(t.kinds.numpy()).tolist()) for t in (self._masses, self._shells))
         return (self._gravity.kinds_used, masses), (self._surfaces.kinds_used, shells)
@@ -149,7 +153,7 @@ class FreeBodies(Uncopied):
         refuse_method("Simulation", method, self.world)
         stages, steps = len(times), (len(times) - 1) // len(method.drifts)
         self._warn_of_stiffness(dt)
-        state = self._state
+        state = self.state
         for name, count, dtype in (
             ("places", stages, wp.vec3d),
             ("turns", stages, wp.quatd),
@@ -165,7 +169,7 @@ class FreeBodies(Uncopied):
             self._masses,
             self._shells,
         ]
-        launch(rigid_kernel(*self._kinds), 1, inputs, [state], device=HOST, threads=1)
+        launch(rigid_kernel(*self.kinds_used), 1, inputs, [state], device=HOST, threads=1)
         self.time = float(times[-1])
         speeds, rates = state.speeds.numpy(), state.rates.numpy()
         self._track = self._tracked(times, state.places.numpy(), state.turns.numpy(), speeds, rates)
@@ -179,7 +183,7 @@ class FreeBodies(Uncopied):
             return
         before = self.time, self._track
         try:
-            with restored_if_broken_off([getattr(self._state, name) for name in _GIVERS]):
+            with restored_if_broken_off([getattr(self.state, name) for name in _GIVERS]):
                 yield
         except BaseException:
             self.time, self._track = before
@@ -198,7 +202,7 @@ class FreeBodies(Uncopied):
             )
 
     def _refuse_nonsense(self):
-        x, p, spin = self._state.x.numpy(), self._state.p.numpy(), self._state.spin.numpy()
+        x, p, spin = self.state.x.numpy(), self.state.p.numpy(), self.state.spin.numpy()
         bad = np.flatnonzero(~np.isfinite([x, p, spin]).all(axis=(0, 2)))
         if bad.size:
             start = self.starts[bad[0]]
@@ -232,7 +236,7 @@ class FreeBodies(Uncopied):
     # State, world frame: copies to read only
 
     def _rows(self, name):
-        return kept(getattr(self._state, name).numpy()) if self.starts else read_only(np.zeros((0, 3)))
+        return kept(getattr(self.state, name).numpy()) if self.starts else read_only(np.zeros((0, 3)))
 
     @property
     def masses(self) -> np.ndarray:
@@ -259,7 +263,7 @@ class FreeBodies(Uncopied):
         """Angular velocities (B, 3), radians per unit of time, in the world's frame."""
         if not self.starts:
             return self.spins
-        turns = quaternion.matrices(self._state.q.numpy()[:, [3, 0, 1, 2]])
+        turns = quaternion.matrices(self.state.q.numpy()[:, [3, 0, 1, 2]])
         local = np.einsum("bji,bj->bi", turns, self.spins)
         return read_only(np.einsum("bij,bj->bi", turns, self._masses.inverse.numpy() * local))
 
@@ -272,7 +276,7 @@ class FreeBodies(Uncopied):
     def accelerations(self) -> np.ndarray:
         """Of the centres of mass, now, (B, 3)."""
         self.potential_energy()
-        return read_only(self._state.force.numpy() / self.masses[:, None])
+        return read_only(self.state.force.numpy() / self.masses[:, None])
 
     @property
     def pairs(self) -> int:
@@ -301,13 +305,13 @@ class FreeBodies(Uncopied):
         """Of all free bodies in the gravity and the contacts of the prescribed ones and of each other, now."""
         if not self.starts:
             return 0.0
-        return self._acting(self._gravity, self._surfaces, self._masses, self._shells, self._state)
+        return self._acting(self._gravity, self._surfaces, self._masses, self._shells, self.state)
 
     def _acting(self, gravity, surfaces, masses, shells, state):
         """The potential energy now; sets the state's forces and torques."""
         energy = wp.empty(1, dtype=wp.float64, device=HOST)
         inputs = [*prescribed_tables(gravity, surfaces, np.array([self.time])), masses, shells, state]
-        launch(energy_kernel(*self._kinds), 1, inputs, [energy], device=HOST, threads=1)
+        launch(energy_kernel(*self.kinds_used), 1, inputs, [energy], device=HOST, threads=1)
         return float(energy.numpy()[0])
 
     def wrenches(self) -> tuple[np.ndarray, np.ndarray]:
@@ -317,8 +321,8 @@ class FreeBodies(Uncopied):
         if not count:
             return tuple(map(read_only, found))
         pairs = [wp.empty((count, count), dtype=wp.vec3d, device=HOST) for _ in range(3)]
-        (_, masses), (_, shells) = self._kinds
-        launch(pair_kernel(masses, shells), count**2, [self._masses, self._shells, self._state], pairs, device=HOST)
+        (_, masses), (_, shells) = self.kinds_used
+        launch(pair_kernel(masses, shells), count**2, [self._masses, self._shells, self.state], pairs, device=HOST)
         forces, torques, backs = (array.numpy() for array in pairs)
         free = [start.index for start in self.starts]
         found[0, free] = forces.swapaxes(0, 1) - forces
@@ -328,8 +332,8 @@ class FreeBodies(Uncopied):
             if not body.free and (body.gravity is not None or body.surface is not None):
                 alone = self.world.replace(bodies=[body], particles=[])
                 sources = (Sources(alone, role, self.time, prescribed=True) for role in ("gravity", "surface"))
-                self._acting(*sources, *feeling, self._state)
-                found[:, index] = self._state.force.numpy(), self._state.torque.numpy()
+                self._acting(*sources, *feeling, self.state)
+                found[:, index] = self.state.force.numpy(), self.state.torque.numpy()
         return tuple(map(read_only, found))
 
 

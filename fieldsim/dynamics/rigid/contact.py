@@ -15,6 +15,7 @@ import functools
 import warp as wp
 
 from fieldsim.dynamics.rigid.gravity import field_of_body
+from fieldsim.dynamics.rigid.wrenches import act_on_both
 from fieldsim.sources.field import field_at
 from fieldsim.sources.margins import margin_of
 from fieldsim.sources.stages import Stages
@@ -170,10 +171,7 @@ def contact_wrenches(prescribed_kinds, free_kinds):
                 if other != b:
                     energy, push, turn, back = between(b, other, shells, x, q)
                     u = u + energy
-                    force[b] = force[b] + push
-                    torque[b] = torque[b] + turn
-                    force[other] = force[other] - push
-                    torque[other] = torque[other] + back
+                    act_on_both(b, other, push, turn, back, force, torque)
         return u
 
     return wrenches

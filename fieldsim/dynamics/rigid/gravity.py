@@ -9,6 +9,7 @@ import functools
 
 import warp as wp
 
+from fieldsim.dynamics.rigid.wrenches import act_on_both
 from fieldsim.potentials import registry
 from fieldsim.sources.field import field_at
 from fieldsim.sources.stages import Stages
@@ -118,10 +119,7 @@ def gravity_wrenches(prescribed_kinds, free_kinds):
                 if other != b:
                     energy, pulled, turn, back = between(b, other, masses, x, q)
                     u = u + energy
-                    force[b] = force[b] + pulled
-                    torque[b] = torque[b] + turn
-                    force[other] = force[other] - pulled
-                    torque[other] = torque[other] + back
+                    act_on_both(b, other, pulled, turn, back, force, torque)
         return u
 
     return wrenches

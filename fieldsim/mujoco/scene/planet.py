@@ -71,7 +71,7 @@ def planet_geom(
     validate.choice("planet_geom", "kind", kind, KINDS)
     time = validate.number("planet_geom", "time", time)
     mocap = body.moving if mocap is None else validate.flag("planet_geom", "mocap", mocap)
-    if kind == "sdf" and _version() < SDF_SINCE:
+    if kind == "sdf" and mujoco_version() < SDF_SINCE:
         raise FieldsimError(
             f"planet_geom: MuJoCo {mujoco.__version__} makes no signed distance field of a mesh; install 3.3.5 or "
             "later, give kind='mesh', or use FieldForces(contact=...)"
@@ -160,5 +160,6 @@ def _checked_name(name):
     return name
 
 
-def _version():
+def mujoco_version():
+    """The installed version of MuJoCo, three numbers."""
     return tuple(int(part) for part in re.findall(r"\d+", mujoco.__version__)[:3])

@@ -158,10 +158,10 @@ def test_wrenches_of_many_add_up_to_what_moves_each():
     world = world_of(*(free((0.9 * k, 0.3 * k * k, 0), skeleton=short, surface=SKIN) for k in range(4)))
     world.add_body(fs.Body(ROD, gravity=LAW, surface=SKIN, motion=fs.Pose((0, 5, 0))))
     bodies = fs.Simulation(world).bodies
-    bodies._state.x.numpy()[1] = bodies.centers[0] + (0.3, 0.1, 0.1)  # into each other
+    bodies.state.x.numpy()[1] = bodies.centers[0] + (0.3, 0.1, 0.1)  # into each other
     bodies.potential_energy()
     forces, torques = bodies.wrenches()
-    force, torque = bodies._state.force.numpy(), bodies._state.torque.numpy()
+    force, torque = bodies.state.force.numpy(), bodies.state.torque.numpy()
     bodies.potential_energy()
     np.testing.assert_allclose(forces.sum(axis=0), force, rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(torques.sum(axis=0), torque, rtol=1e-12, atol=1e-12)

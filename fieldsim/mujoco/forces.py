@@ -20,8 +20,7 @@ from fieldsim.arrays import read_only
 from fieldsim.copies import Uncopied, shallow
 from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.mujoco import checks, sensors
-from fieldsim.mujoco.callback import layout, ownership
-from fieldsim.mujoco.callback import native as compiled
+from fieldsim.mujoco.callback import entries, layout, memory, ownership
 from fieldsim.mujoco.callback.field_callbacks import LENGTHS
 from fieldsim.mujoco.callback.generalised_forces import actor
 from fieldsim.mujoco.callback.tables import Plan, SourcesLike, Table, given_sources, sources_of
@@ -125,11 +124,11 @@ class FieldForces(Uncopied):
         _ALL.add(self)
         # Other data of the model, for questions between steps.
         self._scratch, self._sensed = mujoco.MjData(model), mujoco.MjData(model)
-        layout.check(data, compiled.PLACES)
+        layout.check(data, memory.PLACES)
         kind = accuracy, contact is not None
         self._act = actor(*kind, native)
-        self._function = compiled.acting(*kind) if native else None
-        self._locked = compiled.LOCKED(self._function.address) if self._function else None
+        self._function = memory.acting(*kind) if native else None
+        self._locked = memory.LOCKED(self._function.address) if self._function else None
         # Copies of the model keep the mark, by which they are known.
         self.mark = secrets.randbits(32) | 1
         # Tables that were given up, while another thread may be at work on them.
@@ -189,13 +188,13 @@ class FieldForces(Uncopied):
 
     def _introduce(self):
         """Make the entry by which native code knows it."""
-        self._head = compiled.head_of(self._plan) if self.native else NO_HEAD
+        self._head = memory.head_of(self._plan) if self.native else NO_HEAD
         native = self._function if self.free_of_python else None
         act = (native.address, self._head.ctypes.data) if native else (0, 0)
         watched, weightless = self._watch.rows, self.keep_gravity is False
-        self.entry = compiled.entry_of(self.model, self.mark, *act, watched, self._told, weightless)
+        self.entry = entries.entry_of(self.model, self.mark, *act, watched, self._told, weightless)
         self._outgrown.append((self._watch, self._plan, self._head, self.entry))
-        compiled.set_mark(self.model._address, self.mark)
+        entries.set_mark(self.model._address, self.mark)
         if ownership.renew(self):
             del self._outgrown[:-1]
 
@@ -387,18 +386,18 @@ class FieldForces(Uncopied):
             self.act_at(model, data)
         except Exception as reason:
             self._failure = reason
-            compiled.views_at(model, data, self.model.nbody, self.model.nv).qfrc_passive[:] = np.nan
+            memory.views_at(model, data, self.model.nbody, self.model.nv).qfrc_passive[:] = np.nan
 
     def _evaluate(self, model, data, found=NOTHING, plan=None):
         """Add the forces by a plan, its own by default; found: see `actor`."""
-        now = compiled.time_of(data)
+        now = memory.time_of(data)
         self._gravity.at(now)
         self._surface.at(now)
         if self._locked:
-            head = self._head if plan is None else compiled.head_of(plan)
+            head = self._head if plan is None else memory.head_of(plan)
             self._locked(head.ctypes.data, model, data, found.ctypes.data if len(found) else 0)
         else:
-            views = compiled.views_at(model, data, self.model.nbody, self.model.nv)
+            views = memory.views_at(model, data, self.model.nbody, self.model.nv)
             self._act(plan or self._plan, views, *self._turns, self._hung, found)
 
     # Questions
@@ -501,7 +500,7 @@ class FieldForces(Uncopied):
     def _own(self, data):
         """The data asked about: its own, or one of this model or of a copy, with a finite state."""
         data = self.data if data is None else data
-        if not (isinstance(data, mujoco.MjData) and compiled.is_copy(self.entry, data.model._address)):
+        if not (isinstance(data, mujoco.MjData) and entries.is_copy(self.entry, data.model._address)):
             checks.own_data(self.model, data)
         checks.state(data)
         return data

@@ -14,7 +14,7 @@ import pytest
 from mujoco_models import BALL, BOX, DONUT, PLANET, SURFACE, at_start, model_of, passive
 
 import fieldsim as fs
-from fieldsim.mujoco.callback import layout, native
+from fieldsim.mujoco.callback import layout, memory
 
 
 @pytest.fixture
@@ -147,8 +147,8 @@ def test_the_callback_takes_no_lock(box):
 
 def test_the_layout_is_checked(box):
     _, data = box
-    layout.check(data, native.PLACES)
-    wrong = native.PLACES | {"xipos": native.PLACES["ximat"]}
+    layout.check(data, memory.PLACES)
+    wrong = memory.PLACES | {"xipos": memory.PLACES["ximat"]}
     with pytest.raises(fs.FieldsimError, match="keeps xipos elsewhere"):
         layout.check(data, wrong)
 

@@ -1,5 +1,6 @@
-"""Numba functions that work with bare addresses: as pointers to values, and as C functions to call."""
+"""Bare addresses: numba functions that read values and call C functions there, and where C functions are."""
 
+import ctypes
 import functools
 
 from llvmlite import ir
@@ -110,3 +111,20 @@ def call_sum(length: int):
         return result(*inputs), generate
 
     return invoke
+
+
+# Functions of Python
+
+
+def address_of(function) -> int:
+    """The address of a ctypes function."""
+    return ctypes.cast(function, ctypes.c_void_p).value
+
+
+def python_function(name: str) -> int:
+    """The address of a function of Python's C interface."""
+    return address_of(getattr(ctypes.pythonapi, name))
+
+
+THREAD_IDENT = python_function("PyThread_get_thread_ident")
+THREAD_STATE = python_function("PyGILState_GetThisThreadState")

@@ -15,13 +15,13 @@ import mujoco
 import numpy as np
 
 from fieldsim.errors import InputError
-from fieldsim.mujoco.callback import native
+from fieldsim.mujoco.callback import entries, native
 
 
 class Acting(Protocol):
     """Forces of which native code has an entry: they act on a model and on its copies; a `FieldForces`.
 
-    model, data: an MjModel and an MjData; mark: by which copies of the model are known; entry: see `native.entry_of`.
+    model, data: an MjModel and an MjData; mark: by which copies of the model are known; entry: see `entries.entry_of`.
     """
 
     model: mujoco.MjModel
@@ -64,15 +64,15 @@ def begin(forces: Acting) -> None:
                 "give all sources to one"
             )
         _forget()
-        row = next((row for row in range(native.MOST) if row not in _active and row not in _leaving), None)
+        row = next((row for row in range(entries.MOST) if row not in _active and row not in _leaving), None)
         if row is None:
-            raise InputError(f"FieldForces: {native.MOST} models are in fields already; leave some of them first")
+            raise InputError(f"FieldForces: {entries.MOST} models are in fields already; leave some of them first")
         if not in_place():
             _displaced.update(_active)
             _install()
         _active[row] = forces
-        native.set_mark(forces.model._address, forces.mark)
-        native.publish(row, forces.entry, forces.data._address)
+        entries.set_mark(forces.model._address, forces.mark)
+        entries.publish(row, forces.entry, forces.data._address)
 
 
 def renew(forces: Acting) -> bool:
@@ -80,19 +80,19 @@ def renew(forces: Acting) -> bool:
     with _lock:
         row = _row_of(forces)
         if row is not None:
-            native.renew(row, forces.entry)
-        return row is None or not native.is_busy(row)
+            entries.renew(row, forces.entry)
+        return row is None or not entries.is_busy(row)
 
 
 def end(forces: Acting) -> tuple[bool, int, int]:
-    """Let it act no more. Whether it was displaced, and what moved without the field (see `native.strangers`)."""
+    """Let it act no more. Whether it was displaced, and what moved without the field (see `entries.strangers`)."""
     with _lock:
         row = _row_of(forces)
         if row is None:
             return False, 0, 0
-        found = not in_place() or row in _displaced, *native.strangers(row)
+        found = not in_place() or row in _displaced, *entries.strangers(row)
         _displaced.discard(row)
-        native.withdraw(row)
+        entries.withdraw(row)
         _leaving[row] = _active.pop(row)
         _forget()
         if not _active:
@@ -121,7 +121,7 @@ def _row_of(forces):
 
 
 def _forget():
-    for row in [row for row in _leaving if not native.is_busy(row)]:
+    for row in [row for row in _leaving if not entries.is_busy(row)]:
         del _leaving[row]
 
 
@@ -145,10 +145,10 @@ def _install():
         # MuJoCo keeps it, and we call what MuJoCo would: its own way into Python.
         _ours = functools.partial(found)
         mujoco.set_mjcb_passive(_ours)
-        native.HEADER[1] = _pointer().value or 0
+        entries.HEADER[1] = _pointer().value or 0
         _pointer().value = address
     else:
-        native.HEADER[1] = ctypes.cast(found, ctypes.c_void_p).value or 0 if found else 0
+        entries.HEADER[1] = ctypes.cast(found, ctypes.c_void_p).value or 0 if found else 0
         _ours = native.POINTER(address)
         mujoco.set_mjcb_passive(_ours)
 
@@ -158,13 +158,13 @@ def _restore():
     global _before, _ours
     if mujoco.get_mjcb_passive() is _ours:
         mujoco.set_mjcb_passive(_before)
-    native.HEADER[1] = 0
+    entries.HEADER[1] = 0
     _before = _ours = None
 
 
 def _act(model: int, data: int, foreign: int) -> None:
     """What native code asks of Python: to act where a source's motion, or all, is known to Python only."""
-    known = [forces for forces in list(_active.values()) if native.is_copy(forces.entry, model)]
+    known = [forces for forces in list(_active.values()) if entries.is_copy(forces.entry, model)]
     # The model's own before those that it is a copy of.
     for forces in sorted(known, key=lambda forces: forces.model._address != model)[:1]:
         (forces.act_apart if foreign else forces.act_at)(model, data)
@@ -174,7 +174,7 @@ def _after_a_fork():
     """In the child no other thread holds a lock, or is at work."""
     global _lock
     _lock = threading.RLock()
-    native.ROWS[:, native.BUSY] = 0
+    entries.ROWS[:, entries.BUSY] = 0
 
 
 if hasattr(os, "register_at_fork"):

@@ -1,0 +1,183 @@
+"""Arrays of plans and of MuJoCo's structs, found by native code at the addresses it is handed.
+
+A plan's arrays are listed in a *head*: one row (address, length, length of a row) per array, in the order of `Plan`;
+those of a source are followed by a row with the addresses of its sums.
+"""
+
+import ctypes
+import functools
+
+import numba
+import numpy as np
+from numba import types
+
+from fieldsim import launch
+from fieldsim.mujoco.callback import layout
+from fieldsim.mujoco.callback.addresses import allocate, doubles, halves, release, words
+from fieldsim.mujoco.callback.generalised_forces import actor
+from fieldsim.mujoco.callback.tables import Plan, Source, Views
+
+PLACES = layout.offsets()
+_TIME, _XIPOS, _XIMAT, _SUBTREE_COM, _CDOF, _CVEL, _QFRC_PASSIVE = (PLACES[name] for name in layout.FIELDS)
+_MASS, _INERTIA, _GRAVCOMP = (PLACES[name] for name in layout.MODEL_FIELDS[3:])
+_TIMESTEP = PLACES["timestep"]
+
+# `acting`'s function for Python: it holds on to the lock that guards Python's tables.
+LOCKED = ctypes.PYFUNCTYPE(None, *[ctypes.c_void_p] * 4)
+
+
+@numba.njit
+def _table(head, i):
+    return numba.carray(doubles(head[i, 0]), (head[i, 1], head[i, 2]))
+
+
+@numba.njit
+def _column(head, i):
+    return numba.carray(doubles(head[i, 0]), (head[i, 1],))
+
+
+@numba.njit
+def _indices(head, i):
+    return numba.carray(words(head[i, 0]), (head[i, 1],))
+
+
+@numba.njit
+def _numbers(head, i):
+    return numba.carray(words(head[i, 0]), (head[i, 1], head[i, 2]))
+
+
+@numba.njit
+def _kinds(head, i):
+    return numba.carray(halves(head[i, 0]), (head[i, 1],))
+
+
+@numba.njit
+def _source(head, i):
+    sums = head[i + 4]
+    return Source(
+        _table(head, i), _kinds(head, i + 1), _numbers(head, i + 2), _table(head, i + 3), sums[0], sums[1], sums[2]
+    )
+
+
+HEAD = 21
+
+
+@numba.njit
+def plan_at(address):
+    """The plan whose head is at an address."""
+    head = numba.carray(words(address), (HEAD, 3))
+    return Plan(
+        _indices(head, 0),
+        _indices(head, 1),
+        _indices(head, 2),
+        _indices(head, 3),
+        _indices(head, 4),
+        _indices(head, 5),
+        _table(head, 6),
+        _indices(head, 7),
+        _table(head, 8),
+        _column(head, 9),
+        _column(head, 10),
+        _source(head, 11),
+        _source(head, 16),
+    )
+
+
+@numba.njit
+def word(address):
+    """The whole number at an address."""
+    return numba.carray(words(address), (1,))[0]
+
+
+@numba.njit
+def double(address):
+    """The number at an address."""
+    return numba.carray(doubles(address), (1,))[0]
+
+
+@numba.njit
+def _array(struct, place, shape):
+    """The array whose pointer a struct keeps at a place."""
+    return numba.carray(doubles(word(struct + place)), shape)
+
+
+@numba.njit
+def views_of(model, data, bodies, dofs):
+    """`views_at` for native code."""
+    return Views(
+        double(data + _TIME),
+        _array(data, _XIPOS, (bodies, 3)),
+        _array(data, _XIMAT, (bodies, 9)),
+        _array(data, _SUBTREE_COM, (bodies, 3)),
+        _array(data, _CDOF, (dofs, 6)),
+        _array(data, _CVEL, (bodies, 6)),
+        _array(data, _QFRC_PASSIVE, (dofs,)),
+        _array(model, _MASS, (bodies,)),
+        _array(model, _INERTIA, (bodies, 3)),
+        _array(model, _GRAVCOMP, (bodies,)),
+        double(model + _TIMESTEP),
+    )
+
+
+def views_at(model: int, data: int, bodies: int, dofs: int) -> Views:
+    """Views of the structs at two addresses, of so many bodies and degrees of freedom, for Python."""
+
+    def array(address, *shape):
+        return np.ctypeslib.as_array(ctypes.cast(ctypes.c_void_p.from_address(address), _DOUBLES), shape)
+
+    return Views(
+        ctypes.c_double.from_address(data + _TIME).value,
+        array(data + _XIPOS, bodies, 3),
+        array(data + _XIMAT, bodies, 9),
+        array(data + _SUBTREE_COM, bodies, 3),
+        array(data + _CDOF, dofs, 6),
+        array(data + _CVEL, bodies, 6),
+        array(data + _QFRC_PASSIVE, dofs),
+        array(model + _MASS, bodies),
+        array(model + _INERTIA, bodies, 3),
+        array(model + _GRAVCOMP, bodies),
+        ctypes.c_double.from_address(model + _TIMESTEP).value,
+    )
+
+
+_DOUBLES = ctypes.POINTER(ctypes.c_double)
+
+
+def head_of(plan: Plan) -> np.ndarray:
+    """The head (HEAD, 3) of a plan, which keeps the arrays alive."""
+    rows = [_row(array) for array in plan[:-2]]
+    for source in (plan.gravity, plan.surface):
+        rows += [*map(_row, source[:4]), source[4:]]
+    return np.array(rows, dtype=np.int64)
+
+
+def _row(array):
+    return array.ctypes.data, array.shape[0], array.shape[1] if array.ndim == 2 else 1
+
+
+@functools.cache
+@launch.loading()
+def acting(accuracy: str, contact: bool):
+    """C function (addresses of a head, an mjModel, an mjData, and room for what is found or 0); see `actor`."""
+    act = actor(accuracy, contact, True)
+
+    @numba.cfunc(types.void(types.intp, types.intp, types.intp, types.intp))
+    def function(head, model, data, room):
+        plan = plan_at(head)
+        found = numba.carray(doubles(room), (plan.bodies.shape[0] if room else 0, 8))
+        bodies, dofs = plan.places.shape[0], plan.first_dof[-1]
+        turning, touching = plan.gravity.groups.shape[0], plan.surface.groups.shape[0]
+        # Arrays of numba's own would cost more than a body's force: they are counted and found again one by one.
+        work = allocate(8 * (9 * (turning + touching) + 6 * bodies))
+        gravity_turns = numba.carray(doubles(work), (turning, 9))
+        surface_turns = numba.carray(doubles(work + 72 * turning), (touching, 9))
+        hung = numba.carray(doubles(work + 72 * (turning + touching)), (bodies, 6))
+        act(plan, views_of(model, data, bodies, dofs), gravity_turns, surface_turns, hung, found)
+        release(work)
+
+    return function
+
+
+def time_of(data: int) -> float:
+    """The time of the mjData at an address."""
+    return ctypes.c_double.from_address(data + _TIME).value

@@ -2,20 +2,29 @@
 
 import os
 import threading
+import weakref
 
 from fieldsim.errors import InputError
+
+# For a forked child, in which nobody gives back the locks of other threads.
+_LOCKS = weakref.WeakSet()
+
+
+def _free_all():
+    for lock in _LOCKS:
+        lock._lock = threading.RLock()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_free_all)
 
 
 class ThreadLock:
     """A lock that one thread at a time holds, as often as it likes, and that is free in a forked child."""
 
     def __init__(self):
-        self._free()
-        if hasattr(os, "register_at_fork"):
-            os.register_at_fork(after_in_child=self._free)
-
-    def _free(self):
         self._lock = threading.RLock()
+        _LOCKS.add(self)
 
     def __enter__(self):
         self._lock.acquire()

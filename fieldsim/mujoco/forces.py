@@ -3,12 +3,9 @@
 import contextlib
 import functools
 import operator
-import os
 import secrets
 import sys
-import threading
 import warnings
-import weakref
 from collections.abc import Generator, Sequence
 from typing import TypeAlias
 
@@ -17,17 +14,16 @@ import numpy as np
 
 from fieldsim import validate
 from fieldsim.arrays import read_only
-from fieldsim.copies import Uncopied, shallow
+from fieldsim.copies import ThreadLock, Uncopied, shallow
 from fieldsim.errors import FieldsimWarning, InputError
-from fieldsim.mujoco import checks, sensors
+from fieldsim.mujoco import checks, notices, sensors
 from fieldsim.mujoco.callback import entries, layout, memory, ownership
 from fieldsim.mujoco.callback.field_callbacks import LENGTHS
-from fieldsim.mujoco.callback.generalised_forces import actor
-from fieldsim.mujoco.callback.tables import Plan, SourcesLike, Table, given_sources, sources_of
-from fieldsim.mujoco.contact.geoms import Contact, body_balls, longest_step, slope_of, warn_of_untouched
-from fieldsim.mujoco.contact.rows import BALL, CENTER, RADIUS
+from fieldsim.mujoco.callback.tables import SourcesLike, Table, given_sources, sources_of
+from fieldsim.mujoco.contact.geoms import Contact, warn_of_untouched
 from fieldsim.mujoco.energy import ModelEnergy, copy_state, own_energies
-from fieldsim.mujoco.points import SIX, geom_points
+from fieldsim.mujoco.evaluator import Evaluator
+from fieldsim.mujoco.planning import at_centers, plan_of
 from fieldsim.mujoco.watch import Watch
 from fieldsim.potentials.field import Field
 from fieldsim.types import ArrayLike, RealLike, WholeLike
@@ -40,8 +36,6 @@ BodiesLike: TypeAlias = str | WholeLike | Sequence[str | WholeLike] | np.ndarray
 ACCURACIES = ("points", "geoms", "torque")
 # Attributes that are set when the field is made, and cannot be changed.
 FIXED = ("model", "data", "sources", "bodies", "accuracy", "contact", "keep_gravity", "native")
-NOTHING = np.empty((0, 8))
-NO_HEAD = np.empty((0, 3), dtype=np.int64)
 # Marks gravity that was switched off: a zero that differs in its bits from one that a user sets.
 OFF = -0.0
 
@@ -120,15 +114,11 @@ class FieldForces(Uncopied):
         self._refuse_idle()
         self._own_gravity = self._failure = None
         # Guards what one evaluation at a time may use: sources that Python moves, tables, and room to work in.
-        self._lock = threading.RLock()
-        _ALL.add(self)
+        self._lock = ThreadLock()
         # Other data of the model, for questions between steps.
         self._scratch, self._sensed = mujoco.MjData(model), mujoco.MjData(model)
         layout.check(data, memory.PLACES)
-        kind = accuracy, contact is not None
-        self._act = actor(*kind, native)
-        self._function = memory.acting(*kind) if native else None
-        self._locked = memory.LOCKED(self._function.address) if self._function else None
+        self._evaluator = Evaluator(accuracy, contact is not None, native, self._gravity, self._surface)
         # Copies of the model keep the mark, by which they are known.
         self.mark = secrets.randbits(32) | 1
         # Tables that were given up, while another thread may be at work on them.
@@ -173,9 +163,7 @@ class FieldForces(Uncopied):
             checks.numbers(self.model, touching or self.accuracy == "geoms")
             self.__dict__["bodies"] = read_only(self._those_that_feel())
             watch = Watch(self.model, self.accuracy, touching)
-            self._plan = self._planned()
-            self._turns = [np.empty((len(table.arrays.groups), 9)) for table in (self._gravity, self._surface)]
-            self._hung = np.empty((self.model.nbody, 6))
+            self._evaluator.take(self.model, self._planned())
             self._watch = watch
             self._introduce()
         if ownership.active(self):
@@ -188,12 +176,9 @@ class FieldForces(Uncopied):
 
     def _introduce(self):
         """Make the entry by which native code knows it."""
-        self._head = memory.head_of(self._plan) if self.native else NO_HEAD
-        native = self._function if self.free_of_python else None
-        act = (native.address, self._head.ctypes.data) if native else (0, 0)
-        watched, weightless = self._watch.rows, self.keep_gravity is False
+        act, watched, weightless = self._evaluator.native, self._watch.rows, self.keep_gravity is False
         self.entry = entries.entry_of(self.model, self.mark, *act, watched, self._told, weightless)
-        self._outgrown.append((self._watch, self._plan, self._head, self.entry))
+        self._outgrown.append((self._watch, self._evaluator.plan, self._evaluator.head, self.entry))
         entries.set_mark(self.model._address, self.mark)
         if ownership.renew(self):
             del self._outgrown[:-1]
@@ -207,51 +192,15 @@ class FieldForces(Uncopied):
             )
 
     def _planned(self):
-        model, bodies = self.model, self.bodies
-        points, balls, law = self._mass_points(), self._balls(), np.zeros(4)
-        if self.contact:
-            law[:3] = slope_of(self._materials), self.contact.damping, self.contact.friction
-        law[3] = not self._weighing
-        places = np.full(model.nbody, -1, dtype=np.int64)
-        places[bodies] = np.arange(len(bodies))
-        return Plan(
-            bodies,
-            places,
-            model.body_rootid.astype(np.int64),
-            model.body_parentid.astype(np.int64),
-            np.cumsum([0, *model.body_dofnum], dtype=np.int64),
-            _firsts(points),
-            np.concatenate([np.zeros((0, 4)), *points]),
-            _firsts(balls),
-            np.concatenate([np.zeros((0, BALL.width)), *balls]),
-            np.array([_reach(rows) for rows in balls]),
-            law,
-            self._gravity.arrays,
-            self._surface.arrays,
+        tables = self._gravity, self._surface
+        return plan_of(
+            self.model, self.bodies, self.accuracy, self.contact, self._materials, *tables, weighing=self._weighing
         )
-
-    def _mass_points(self):
-        model = self.model
-        if self.accuracy == "geoms":
-            return [geom_points(model, body) for body in self.bodies]
-        if self.accuracy == "points":
-            return [SIX] * len(self.bodies)
-        return [np.zeros((0, 4))] * len(self.bodies)
 
     @property
     def _materials(self):
         time = self.data.time
         return [s.surface.at(time) for s in self.sources if isinstance(s, Body) and s.surface is not None]
-
-    def _balls(self):
-        if not self.contact:
-            return [np.zeros((0, BALL.width))] * len(self.bodies)
-        radius = min(material.radius for material in self._materials)
-        moves = checks.last_dofs(self.model)[self.bodies] >= 0
-        return [
-            body_balls(self.model, body, self.contact, radius) if free else np.zeros((0, BALL.width))
-            for body, free in zip(self.bodies, moves, strict=True)
-        ]
 
     # As a context
 
@@ -278,22 +227,9 @@ class FieldForces(Uncopied):
         return self
 
     def _warn_of_long_steps(self):
-        if not self.contact:
-            return
-        plan, step = self._plan, self.model.opt.timestep
-        for k, body in enumerate(self.bodies):
-            rows = plan.balls[plan.first_ball[k] : plan.first_ball[k + 1]]
-            longest = longest_step(rows, self.model.body_mass[body], self.contact) if len(rows) else step
-            if step > longest:
-                name = self.model.body(int(body)).name or int(body)
-                warnings.warn(
-                    f"FieldForces: a timestep of {step:g} is too long for body {name!r} in a hit at speed "
-                    f"{self.contact.speed:g}: contact would not keep the energy; give one below {longest:.2g}, or a "
-                    "larger Contact(depth=...)",
-                    FieldsimWarning,
-                    stacklevel=3,
-                )
-                return
+        words = notices.too_long_steps(self.model, self._evaluator.plan, self.contact)
+        if words:
+            warnings.warn(f"FieldForces: {words}", FieldsimWarning, stacklevel=3)
 
     def __exit__(self, *failure: object) -> None:
         gravity = self.model.opt.gravity
@@ -308,41 +244,11 @@ class FieldForces(Uncopied):
         if failed and not any(failure):
             raise failed
         if not any(failure):
-            self._tell_when_it_was_off(*found)
-            if unlike:
-                self._say(
-                    "copies of the model had other masses or shapes, and felt the field as the model itself would; "
-                    "give each a FieldForces of its own, or contact=None and another accuracy than 'geoms'"
-                )
-            if heavy:
-                self._say(
-                    "copies of the model had gravity of their own, on top of the field, where keep_gravity=False "
-                    "switches the model's off; copy it within the block, or set their opt.gravity to 0"
-                )
-
-    @staticmethod
-    def _say(words):
-        warnings.warn(f"FieldForces: {words}", FieldsimWarning, stacklevel=4)
-
-    def _tell_when_it_was_off(self, displaced, twins, heirs):
-        off = checks.without_passive_forces(self.model)
-        if displaced:
-            words = "the field was off: MuJoCo's passive callback was set within the block, in its place; set it before"
-        elif off:
-            words = f"the field was off: an option set within the block disables passive forces; {off}"
-        elif self._other_bodies():
-            words = "its world got other bodies within the block, which were not felt; make another FieldForces"
-        elif checks.lets_sleep(self.model):
-            words = "bodies that slept did not feel the field: the flag sleep was enabled within the block; disable it"
-        elif twins or heirs:
-            words = (
-                "within the block another model moved without the field, of the same structure or on from the same "
-                "time, but no copy made after this FieldForces; give what was compiled anew (MjSpec.recompile makes a "
-                "new model) or copied before a FieldForces of its own"
-            )
-        else:
-            return
-        self._say(words)
+            displaced, twins, heirs = found
+            others, strangers = bool(self._other_bodies()), bool(twins or heirs)
+            off = notices.field_off(self.model, displaced=displaced, others=others, strangers=strangers)
+            for words in filter(None, [off, *notices.unlike_copies(unlike, heavy)]):
+                warnings.warn(f"FieldForces: {words}", FieldsimWarning, stacklevel=2)
 
     @contextlib.contextmanager
     def running(self) -> Generator["FieldForces", None, None]:
@@ -364,7 +270,7 @@ class FieldForces(Uncopied):
     @property
     def free_of_python(self) -> bool:
         """Whether native code alone can do it."""
-        return self.native and not (self._gravity.timed or self._surface.timed)
+        return self._evaluator.free_of_python
 
     def act(self, data: mujoco.MjData) -> None:
         """Add the forces to data.qfrc_passive; positions and velocities must be up to date. MuJoCo's stages do this."""
@@ -378,7 +284,7 @@ class FieldForces(Uncopied):
                 self._told[0] += self._watch.differs(model)
             elif self._watch.changed(thorough=False):
                 self._renew()
-            self._evaluate(model, data)
+            self._evaluator.add(model, data)
 
     def act_apart(self, model: int, data: int) -> None:
         """The same in a thread of MuJoCo's, where an error ends the process: the state blows up, the block fails."""
@@ -386,19 +292,7 @@ class FieldForces(Uncopied):
             self.act_at(model, data)
         except Exception as reason:
             self._failure = reason
-            memory.views_at(model, data, self.model.nbody, self.model.nv).qfrc_passive[:] = np.nan
-
-    def _evaluate(self, model, data, found=NOTHING, plan=None):
-        """Add the forces by a plan, its own by default; found: see `actor`."""
-        now = memory.time_of(data)
-        self._gravity.at(now)
-        self._surface.at(now)
-        if self._locked:
-            head = self._head if plan is None else memory.head_of(plan)
-            self._locked(head.ctypes.data, model, data, found.ctypes.data if len(found) else 0)
-        else:
-            views = memory.views_at(model, data, self.model.nbody, self.model.nv)
-            self._act(plan or self._plan, views, *self._turns, self._hung, found)
+            self._evaluator.spoil(model, data)
 
     # Questions
 
@@ -411,7 +305,7 @@ class FieldForces(Uncopied):
             self._scratch = _of_model(model, self._scratch)
             copy_state(model, data, self._scratch)
             found = np.full((len(self.bodies), 8), np.nan)
-            self._evaluate(model._address, self._scratch._address, found, plan)
+            self._evaluator.add(model._address, self._scratch._address, found, plan)
             return found
 
     def _refuse_unlike(self, model):
@@ -423,10 +317,7 @@ class FieldForces(Uncopied):
     def _at_centers(self):
         """The same with every body's mass at its centre, now: points around it may miss a field singular there."""
         self.refresh()
-        count = len(self.bodies)
-        points = np.tile((0.0, 0.0, 0.0, 1.0), (count, 1))
-        plan = self._plan._replace(first_point=np.arange(count + 1, dtype=np.int64), points=points)
-        return self._surveyed(self.data, plan)
+        return self._surveyed(self.data, at_centers(self._evaluator.plan))
 
     def wrenches(self, data: mujoco.MjData | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Forces (n, 3) and torques about the centres of mass (n, 3), world frame, on `bodies` now."""
@@ -492,8 +383,7 @@ class FieldForces(Uncopied):
     def _whole(self):
         """The same forces on all that has mass, also where it is fixed or compensated: its weight."""
         whole = shallow(self)
-        whole._weighing, whole._outgrown = True, []
-        _ALL.add(whole)
+        whole._weighing, whole._outgrown, whole._evaluator = True, [], shallow(self._evaluator)
         whole._renew()
         return whole
 
@@ -506,28 +396,6 @@ class FieldForces(Uncopied):
         return data
 
 
-# For a forked child, in which nobody gives back the locks of other threads.
-_ALL = weakref.WeakSet()
-
-
-def _unlocked():
-    for forces in _ALL:
-        forces._lock = threading.RLock()
-
-
-if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_unlocked)
-
-
 def _of_model(model, data):
     """The data, if it is of the model, or another one that is."""
     return data if data.model._address == model._address else mujoco.MjData(model)
-
-
-def _reach(balls):
-    """How far balls (n, BALL.width) reach from the centre of mass; -inf of none."""
-    return np.max(np.linalg.norm(balls[:, CENTER], axis=1) + balls[:, RADIUS], initial=-np.inf)
-
-
-def _firsts(parts):
-    return np.cumsum([0, *(len(part) for part in parts)]).astype(np.int64)

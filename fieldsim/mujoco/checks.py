@@ -171,3 +171,11 @@ def finite(model, bodies, forces) -> None:
             f"FieldForces: the field is singular where body {name!r} starts ({bad.size} such bodies); start it "
             "elsewhere, or soften the kernel, such as fs.Newtonian(softening=0.01)"
         )
+
+
+def something_acts(gravity, surface, touching: bool) -> None:
+    """Raise InputError where no source pulls or touches; gravity, surface: the sources' elements in each role."""
+    if touching and not len(surface):
+        raise InputError("FieldForces: contact is given but no source has a surface; give a Body a fs.Material")
+    if not len(gravity) and not len(surface):
+        raise InputError("FieldForces: no source pulls or touches; give a Body gravity=fs.Newtonian(), or contact=...")

@@ -3,6 +3,7 @@
 import dataclasses
 
 import mujoco
+import numpy as np
 
 
 @dataclasses.dataclass(frozen=True)
@@ -46,3 +47,18 @@ def own_energies(model, data) -> tuple[float, float]:
     mujoco.mj_energyPos(model, data)
     mujoco.mj_energyVel(model, data)
     return float(data.energy[1]), float(data.energy[0])
+
+
+def subtree_wrenches(data: mujoco.MjData, bodies: np.ndarray, found: np.ndarray) -> np.ndarray:
+    """Torque and force (nbody, 6) on each body and all that hangs on it, about the centre of mass of the whole tree.
+
+    found (n, 6 or more): forces on `bodies` (n,) and torques about their centres of mass. World frame throughout.
+    """
+    model = data.model
+    total = np.zeros((model.nbody, 6))
+    arms = data.xipos[bodies] - data.subtree_com[model.body_rootid[bodies]]
+    total[bodies, :3] = found[:, 3:6] + np.cross(arms, found[:, :3])
+    total[bodies, 3:] = found[:, :3]
+    for body in range(model.nbody - 1, 0, -1):
+        total[model.body_parentid[body]] += total[body]
+    return total

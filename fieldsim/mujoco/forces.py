@@ -21,7 +21,7 @@ from fieldsim.mujoco.callback import entries, layout, memory, ownership
 from fieldsim.mujoco.callback.field_callbacks import LENGTHS
 from fieldsim.mujoco.callback.tables import SourcesLike, Table, given_sources, sources_of
 from fieldsim.mujoco.contact.geoms import Contact, warn_of_untouched
-from fieldsim.mujoco.energy import ModelEnergy, copy_state, own_energies
+from fieldsim.mujoco.energy import ModelEnergy, copy_state, own_energies, subtree_wrenches
 from fieldsim.mujoco.evaluator import Evaluator
 from fieldsim.mujoco.planning import at_centers, plan_of
 from fieldsim.mujoco.watch import Watch
@@ -111,7 +111,7 @@ class FieldForces(Uncopied):
         needs = "jet" if accuracy == "torque" else "field"
         self._gravity = Table(self.sources, "gravity", data.time, (needs,), native)
         self._surface = Table(self.sources if contact else (), "surface", data.time, LENGTHS, native)
-        self._refuse_idle()
+        checks.something_acts(self._gravity, self._surface, contact is not None)
         self._own_gravity = self._failure = None
         # Guards what one evaluation at a time may use: sources that Python moves, tables, and room to work in.
         self._lock = ThreadLock()
@@ -182,14 +182,6 @@ class FieldForces(Uncopied):
         entries.set_mark(self.model._address, self.mark)
         if ownership.renew(self):
             del self._outgrown[:-1]
-
-    def _refuse_idle(self):
-        if self.contact and not len(self._surface):
-            raise InputError("FieldForces: contact is given but no source has a surface; give a Body a fs.Material")
-        if not len(self._gravity) and not len(self._surface):
-            raise InputError(
-                "FieldForces: no source pulls or touches; give a Body gravity=fs.Newtonian(), or contact=..."
-            )
 
     def _planned(self):
         tables = self._gravity, self._surface
@@ -369,15 +361,7 @@ class FieldForces(Uncopied):
 
         World frame, about the centre of mass of the whole tree, as MuJoCo's cfrc_int; what gravcomp compensates counts.
         """
-        whole, model = self._whole, self.model
-        found = whole._surveyed(data)
-        total = np.zeros((model.nbody, 6))
-        arms = data.xipos[whole.bodies] - data.subtree_com[model.body_rootid[whole.bodies]]
-        total[whole.bodies, :3] = found[:, 3:6] + np.cross(arms, found[:, :3])
-        total[whole.bodies, 3:] = found[:, :3]
-        for body in range(model.nbody - 1, 0, -1):
-            total[model.body_parentid[body]] += total[body]
-        return total
+        return subtree_wrenches(data, self._whole.bodies, self._whole._surveyed(data))
 
     @functools.cached_property
     def _whole(self):

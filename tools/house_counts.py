@@ -51,7 +51,7 @@ class Source:
         return module_of(self.path)
 
     def functions(self):
-        """All functions in it, also those within others."""
+        """All functions in it, inner ones too."""
         return (node for node in ast.walk(self.tree) if isinstance(node, FUNCTIONS))
 
 

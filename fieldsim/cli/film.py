@@ -183,21 +183,11 @@ def _film(build, name, adapt, given, options):
     from fieldsim import plots
     from fieldsim.filming import film
     from fieldsim.launch import device_named
-    from fieldsim.recording.recording import Recording
     from fieldsim.render.output.video import Film
 
     out, energy_plot = options.pop("out"), options.pop("energy_plot")
     with usage():
-        if energy_plot:
-            plots.checked_path(energy_plot)
-        if out and pathlib.Path(out).suffix.lower() in plots.KINDS:
-            plots.checked_path(out)
-        else:
-            Film(out or "film.mp4", options["size"])
-        if options["record"]:
-            Recording(options["record"])
-        if out and energy_plot and os.path.realpath(out) == os.path.realpath(energy_plot):
-            raise InputError(f"--out and --energy-plot are one file, {out}; give two names")
+        _check_targets(out, energy_plot, options)
     device_named(options["device"])
     scenario = scenarios.call(build, given)
     if isinstance(scenario, plots.Picture):
@@ -217,6 +207,24 @@ def _film(build, name, adapt, given, options):
     click.echo(str(report))
     if energy_plot:
         _draw_energy(report, energy_plot)
+
+
+def _check_targets(out, energy_plot, options):
+    """Raise InputError for a path that cannot be written to, before any work."""
+    from fieldsim import plots
+    from fieldsim.recording.recording import Recording
+    from fieldsim.render.output.video import Film
+
+    if energy_plot:
+        plots.checked_path(energy_plot)
+    if out and pathlib.Path(out).suffix.lower() in plots.KINDS:
+        plots.checked_path(out)
+    else:
+        Film(out or "film.mp4", options["size"])
+    if options["record"]:
+        Recording(options["record"])
+    if out and energy_plot and os.path.realpath(out) == os.path.realpath(energy_plot):
+        raise InputError(f"--out and --energy-plot are one file, {out}; give two names")
 
 
 def _draw_energy(report, path):

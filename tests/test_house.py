@@ -214,6 +214,8 @@ LONG_FILES = {
     "fieldsim/potentials/field.py",
     "fieldsim/potentials/meshes/isosurface.py",
     "fieldsim/potentials/meshes/readers.py",
+    "fieldsim/render/output/video.py",
+    "fieldsim/world/shapes.py",
     "tests/portable/test_portable.py",
 }
 # Kernels of the tracer, of contact and of Radau, which one propagator and one tracer are to replace; and formulas.

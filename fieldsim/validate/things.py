@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 
 from fieldsim.errors import InputError
-from fieldsim.validate.arrays import MOST_ITEMS, numbers
+from fieldsim.validate import arrays
 from fieldsim.validate.words import shown
 
 
@@ -40,22 +40,22 @@ def instances(owner: str, name: str, value, kinds, remedy: str) -> tuple:
 
 
 def listed(owner: str, name: str, value, remedy: str = "give a list") -> tuple:
-    """The items of an iterable `value`, which may have no end, as a tuple of `MOST_ITEMS` at most."""
+    """The items of an iterable `value`, which may have no end, as a tuple of `arrays.MOST_ITEMS` at most."""
     try:
         if isinstance(value, str | bytes | dict):
             raise TypeError  # whose items are something else
-        items = tuple(itertools.islice(value, MOST_ITEMS + 1))
+        items = tuple(itertools.islice(value, arrays.MOST_ITEMS + 1))
     except Exception:
         raise InputError(f"{owner}: {name} is {shown(value)}; {remedy}") from None
-    if len(items) > MOST_ITEMS:
-        raise InputError(f"{owner}: {name} is {shown(value)}, of more than {MOST_ITEMS:,} items; {remedy}")
+    if len(items) > arrays.MOST_ITEMS:
+        raise InputError(f"{owner}: {name} is {shown(value)}, of more than {arrays.MOST_ITEMS:,} items; {remedy}")
     return items
 
 
 def iterator(owner: str, name: str, value, remedy: str = "give a list"):
     """An iterator over the numbers `value`, maybe one without end, whose items are still to be checked."""
     if isinstance(value, np.ndarray | list | tuple):
-        numbers(owner, name, value, shape=(None,), remedy=remedy)
+        arrays.numbers(owner, name, value, shape=(None,), remedy=remedy)
     try:
         if isinstance(value, str | bytes | dict | set | np.void):
             raise TypeError

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import fieldsim as fs
-from fieldsim import validate
+from fieldsim.validate import arrays
 
 LOOP = []
 LOOP.append(LOOP)
@@ -61,7 +61,7 @@ def test_odd_values_end_in_one_kind_of_error(value):
 
 
 def test_lists_without_end_are_refused_by_their_size(monkeypatch):
-    monkeypatch.setattr(validate, "MOST_ITEMS", 1000)
+    monkeypatch.setattr(arrays, "MOST_ITEMS", 1000)
     endless = (fs.Point((0, 0, 0)) for _ in itertools.count())
     with pytest.raises(fs.InputError, match="more than 1,000 items"):
         fs.gravity(endless, mass=1.0)

@@ -21,8 +21,9 @@ from fieldsim.render.shading.sky import Sky, sky_of
 from fieldsim.render.solids.overlay import Shapes, SolidStage
 from fieldsim.render.solids.skeleton import drawn
 from fieldsim.render.solvers.packet import gaussian_elements
+from fieldsim.sources.elements import Surface
 from fieldsim.world.material import RAYS
-from fieldsim.world.world import Snapshot, Surface
+from fieldsim.world.world import Snapshot
 
 
 @dataclasses.dataclass(frozen=True)

@@ -1,6 +1,7 @@
 """What all tests share: the quick ones, the long ones, and options that make this machine another one."""
 
 import signal
+import textwrap
 import threading
 
 import pytest
@@ -45,3 +46,17 @@ def pytest_collection_modifyitems(config, items):
             item.add_marker(pytest.mark.quick)
         if item.get_closest_marker("full") and not config.getoption("--all"):
             item.add_marker(pytest.mark.skip(reason="a long test: give --all"))
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """A folder with scenarios/planet.py, to work in by the command line."""
+    from commands import PLANET
+
+    from fieldsim import files
+
+    files.appeared.clear()
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scenarios").mkdir()
+    (tmp_path / "scenarios" / "planet.py").write_text(textwrap.dedent(PLANET))
+    return tmp_path

@@ -81,7 +81,7 @@ class Sources:
         return len(self.fixed) + len(self.moving_kinds)
 
     def rows_at(self, times: np.ndarray) -> np.ndarray:
-        """Rows of the changing elements, (stages, elements, WIDTH)."""
+        """Rows of the changing elements, (stages, elements, ROW_WIDTH)."""
         parts = [
             _rows_of(index, body, shape, self._role, times, self.poses_of)
             for (index, body), shape in zip(self._changing, self._shapes, strict=True)
@@ -103,7 +103,7 @@ class Sources:
 
 
 def _rows_of(index, body, shape, role, times, poses_of):
-    """Rows (stages, elements, WIDTH) of one moving or deforming body."""
+    """Rows (stages, elements, ROW_WIDTH) of one moving or deforming body."""
     try:
         if body.deforming:
             local = np.stack([elements_of(body, role, time).rows for time in times])

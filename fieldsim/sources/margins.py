@@ -21,7 +21,7 @@ from fieldsim.sources.stages import Stages
 
 
 def with_reach(rows, kinds, total: int):
-    """Rows (..., elements, WIDTH) with the column REACH added, for a world of `total` surface elements.
+    """Rows (..., elements, ROW_WIDTH) with the column REACH added, for a world of `total` surface elements.
 
     The reach is where an element's field cannot be more than 1 / total.
     """
@@ -48,7 +48,7 @@ def _that_are(kinds, trait):
 def sweeps(rows, kinds):
     """Bound of any surface's approach between one stage and the next, (stages,); 0 for the last.
 
-    rows: (stages, elements, WIDTH + 1). A bound for every point of the primitive, plus the growth of its reach.
+    rows: (stages, elements, ROW_WIDTH + 1). A bound for every point of the primitive, plus the growth of its reach.
     """
     step = np.diff(rows, axis=0)
     points = np.linalg.norm(step[..., POSITIONS].reshape(*step.shape[:2], 3, 3), axis=-1).max(axis=-1)

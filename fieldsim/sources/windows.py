@@ -148,7 +148,7 @@ class Windows:
 
 
 def _sizes(samples):
-    """What the numbers in rows are to be compared with, (elements, WIDTH): positions with the largest coordinate."""
+    """What numbers in rows are to be compared with, (elements, ROW_WIDTH): positions with the largest coordinate."""
     sizes = np.abs(samples).max(axis=0)
     for group in (POSITIONS, DIRECTIONS):
         sizes[:, group] = sizes[:, group].max(axis=1, keepdims=True)

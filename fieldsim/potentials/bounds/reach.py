@@ -17,7 +17,7 @@ from fieldsim.potentials.row import FOLD, KERNEL_WIDTH, STRENGTH
 def reach(rows, kinds, level):
     """Distances (...,) from each primitive beyond which its field is at most `level` in size; 0 where it never is more.
 
-    rows (..., N, WIDTH), kinds (N,); level: a number, or one per element.
+    rows (..., N, ROW_WIDTH), kinds (N,); level: a number, or one per element.
     """
     result = np.zeros(rows.shape[:-1])
     level = np.broadcast_to(level, result.shape)

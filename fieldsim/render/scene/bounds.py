@@ -37,7 +37,7 @@ _SHARED_TAILS = 100
 class Bounded:
     """Elements relative to the eye, in units of `unit`, with what bounds them. All float64; N elements.
 
-    rows (N, WIDTH); kinds (N,); shape (N,): its `Volume`; reach (N,): the distance from the
+    rows (N, ROW_WIDTH); kinds (N,); shape (N,): its `Volume`; reach (N,): the distance from the
     primitive beyond which the element is cut; core (N,): radius within which a point alone exceeds the level, 0 for
     other shapes and where some strength is negative; width (N,): length over which its field changes; bend (N,): see
     above, of planes for a ray straight onto them; order (N,): above 0 for those that bend as order / distance^2

@@ -20,6 +20,7 @@ from fieldsim.render.scene import bounds
 from fieldsim.render.scene.volumes import pierce
 from fieldsim.render.solids.skeleton import offset_solids
 from fieldsim.render.solvers.packet.gaussian_elements import KINDS
+from fieldsim.sources.elements import surface_of
 from fieldsim.world import shapes
 
 A, B, C = (0.4, -0.3, 0.2), (1.6, 0.5, -0.4), (-0.2, 1.1, 0.9)
@@ -389,6 +390,6 @@ def test_it_is_drawn_hard_as_its_volume(primitive):
     material = fs.Material(level=1.0) if pull else fs.Material(radius=0.2, kernel=type(kernel))
     world = fs.World()
     world.add_body(fs.Body(skeleton, gravity=kernel if pull else None, surface=material))
-    solids = offset_solids(world.at(0.0).surface, np.array([0.1, 0.2]))
+    solids = offset_solids(surface_of(world.at(0.0)), np.array([0.1, 0.2]))
     assert solids.kinds.tolist() == [solid_of(primitive)] * 2
     assert solids.owner.tolist() == [0, 0]

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import typing
 
 import numpy as np
 
@@ -9,9 +10,12 @@ from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.numerics.quadrature import gauss_legendre
 from fieldsim.portable import Table, portable, real
-from fieldsim.potentials.primitives.base import Primitive, Volume
+from fieldsim.potentials.primitives.base import Primitive, Volume, above
 from fieldsim.potentials.primitives.quadrature import interval_needed
 from fieldsim.potentials.row import ANGLE, CENTER, FIRST, NORMAL, RADIUS, center_of, first_of, normal_of
+
+if typing.TYPE_CHECKING:
+    from fieldsim.potentials.primitives.circle import Circle
 
 
 @portable
@@ -53,17 +57,13 @@ class Turn:
     nearby = math.tau
     corners = 1
     round = True
+    beside = above
 
     @property
-    def box(self):
+    def box(self: "Arc | Circle"):
         """Least and greatest coordinates of the whole circle."""
         reach = self.radius * np.sqrt(np.maximum(0.0, 1.0 - np.square(self.normal)))
         return np.subtract(self.center, reach), np.add(self.center, reach)
-
-    def beside(self, radius):
-        """Above its middle, along the normal."""
-        row = self.packed
-        return self.row_middle(row) + radius * row[NORMAL]
 
     @staticmethod
     def row_measure(rows):

@@ -15,7 +15,7 @@ import numpy as np
 from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.portable import Portable
-from fieldsim.potentials.row import POSITIONS, ROW_WIDTH
+from fieldsim.potentials.row import NORMAL, POSITIONS, ROW_WIDTH
 
 # Lengths within which fields are right to rounding: their fourth powers are numbers.
 LEAST, MOST = 1e-60, validate.FARTHEST
@@ -224,6 +224,12 @@ class Primitive:
     def row_factor_bend(rows: np.ndarray):
         """How sharply the profiles of packed rows (..., ROW_WIDTH) bend log F, in 1 / length^2."""
         return 0.0
+
+
+def above(primitive: Primitive, radius: float) -> np.ndarray:
+    """`Primitive.beside` of what has a normal: above its middle, along the normal."""
+    row = primitive.packed
+    return primitive.row_middle(row) + radius * row[NORMAL]
 
 
 def row_corners(rows: np.ndarray, count: int) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import typing
 
 import numpy as np
 
@@ -49,9 +50,7 @@ class Plane(Primitive):
     @property
     def measure(self) -> float:
         """Raises InputError: mass cannot be spread over an infinite area."""
-        raise InputError(
-            f"{self!r} is of infinite area, where no mass can be spread; give fs.rectangle(...) or fs.disc(...)"
-        )
+        self._refuse_mass()
 
     @property
     def box(self):
@@ -69,11 +68,16 @@ class Plane(Primitive):
 
     def mass_points(self, count):
         """Raises InputError, as `measure`."""
-        return self.measure
+        self._refuse_mass()
 
     def mass_points_needed(self, clearance, digits):
         """Raises InputError, as `measure`."""
-        return self.measure
+        self._refuse_mass()
+
+    def _refuse_mass(self) -> typing.NoReturn:
+        raise InputError(
+            f"{self!r} is of infinite area, where no mass can be spread; give fs.rectangle(...) or fs.disc(...)"
+        )
 
     @staticmethod
     def row_measure(rows):

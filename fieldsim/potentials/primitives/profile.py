@@ -13,6 +13,7 @@ Value, gradient and Hessian are those of the product; on the planes above deriva
 """
 
 import dataclasses
+import typing
 
 import numpy as np
 
@@ -94,19 +95,22 @@ class Profiled:
     profiled = True
     along_rays = ""
 
-    def _checked(self):
+    # The primitive without a profile.
+    plain_kind: typing.ClassVar[typing.Any]
+
+    def _checked(self: "ProfiledSegment | ProfiledArc"):
         remedy = "give one such as fs.profile.linear(1, 0)"
         profile = validate.instance(type(self).__name__, "profile", self.profile, Profile, remedy)
-        return {**super()._checked(), "profile": profile}
+        return {**self.plain_kind._checked(self), "profile": profile}
 
-    def plain(self):
+    def plain(self: "ProfiledSegment | ProfiledArc"):
         """The primitive without its profile."""
-        kind = next(plain for plain, profiled in _PROFILED.items() if profiled is type(self))
+        kind = self.plain_kind
         return kind(**{field.name: getattr(self, field.name) for field in dataclasses.fields(kind)})
 
-    def pack(self, row):
+    def pack(self: "ProfiledSegment | ProfiledArc", row):
         """Write the primitive and its profile into an element row."""
-        super().pack(row)
+        self.plain_kind.pack(self, row)
         self.profile.pack(row)
 
     @staticmethod
@@ -120,7 +124,7 @@ class Profiled:
         values = _sampled(rows)
         slope = np.abs(np.gradient(values, _PROBES, axis=-1)).max(axis=-1) / np.abs(values).max(axis=-1)
         # u changes by 2 / length along a hat, and on an arc faster nearer to its axis.
-        return (4.0 * slope / cls.row_measure(rows)) ** 2
+        return (4.0 * slope / cls.plain_kind.row_measure(rows)) ** 2
 
 
 def _sampled(rows):
@@ -137,6 +141,8 @@ class ProfiledSegment(Profiled, Segment):
 
     profile: Profile = Profile((1.0,))
 
+    plain_kind = Segment
+
 
 @dataclasses.dataclass(frozen=True)
 class ProfiledArc(Profiled, Arc):
@@ -144,8 +150,10 @@ class ProfiledArc(Profiled, Arc):
 
     profile: Profile = Profile((1.0,))
 
+    plain_kind = Arc
 
-_PROFILED = {Segment: ProfiledSegment, Arc: ProfiledArc}
+
+_PROFILED = {kind.plain_kind: kind for kind in (ProfiledSegment, ProfiledArc)}
 
 
 def profiled(primitive, profile: Profile) -> ProfiledSegment | ProfiledArc:

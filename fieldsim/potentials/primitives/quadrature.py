@@ -14,8 +14,7 @@ def simplex(corners, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """
     corners = np.array(corners)
     nodes, weights = gauss_legendre(count)
-    points, shares, reach = corners[:1], np.ones(1), np.ones(1)
-    first = None
+    points, shares, reach, first = corners[:1], np.ones(1), np.ones(1), np.zeros(1)
     dimension = len(corners) - 1
     for k in range(1, dimension + 1):
         u = np.tile(nodes, len(points))
@@ -23,7 +22,7 @@ def simplex(corners, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         points = np.repeat(points, count, axis=0) + reach[:, None] * (corners[k] - corners[k - 1])
         power = dimension - k
         shares = np.repeat(shares, count) * np.tile(weights, len(shares)) * (power + 1) * u**power
-        first = u if first is None else np.repeat(first, count)
+        first = u if k == 1 else np.repeat(first, count)
     return points, shares, first
 
 

@@ -45,7 +45,7 @@ class Segment(Primitive):
     corners = 2
     along_rays = "segments"
 
-    def _checked(self):
+    def _checked(self) -> dict:
         owner = type(self).__name__
         start = validate.vector(owner, "start", self.start)
         end = validate.vector(owner, "end", self.end)

@@ -8,7 +8,7 @@ import numpy as np
 from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.portable import Table, portable, real
-from fieldsim.potentials.primitives.base import Primitive, Volume, row_corners
+from fieldsim.potentials.primitives.base import Primitive, Volume, above, row_corners
 from fieldsim.potentials.primitives.plane import plane_distance
 from fieldsim.potentials.primitives.quadrature import simplex, simplex_needed
 from fieldsim.potentials.row import AREA, CORNER_A, CORNER_B, CORNER_C, EDGE, NORMAL, POSITIONS, SIZE, normal_of
@@ -57,11 +57,7 @@ class Flat:
     straight = True
     nearby = math.pi
     corners = 3
-
-    def beside(self, radius):
-        """Above its centroid, along the normal."""
-        row = self.packed
-        return self.row_middle(row) + radius * row[NORMAL]
+    beside = above
 
     @staticmethod
     def row_middle(row):

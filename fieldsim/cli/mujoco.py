@@ -62,22 +62,22 @@ def _prepared(name, options):
 
 
 def _adapted(scenario, model, name, own):
-    from fieldsim.mujoco.contact.impact import shortened
+    from fieldsim.mujoco.contact.impact import resolving_timestep
     from fieldsim.mujoco.experiment import Experiment
-    from fieldsim.mujoco.scene.mujoco_renderer import Beside
+    from fieldsim.mujoco.scene.mujoco_renderer import MujocoRenderer
     from fieldsim.mujoco.scene.skins import skin
 
     if isinstance(scenario, Experiment):
         raise InputError(f"{name} has a model of its own; film it with: fieldsim run {name}")
     contact = _contact(scenario.world, model, own)
     # The model is this command's own, read from its file.
-    model.opt.timestep = own["timestep"] or shortened(scenario.world, model, contact)
+    model.opt.timestep = own["timestep"] or resolving_timestep(scenario.world, model, contact)
     options = {"keep_gravity": own["keep_gravity"], "skins": skin(model) if own["skin"] else ()}
     # What moves depends on these, too: a recording names them.
     moving = {key: value for key, value in own.items() if key not in ("skin", "beside") and value not in (None, False)}
     options["parameters"] = scenario.parameters | moving
     experiment = Experiment.of(scenario, model, contact=contact, **options)
-    return experiment, {"beside": lambda size: Beside(experiment.model, size)} if own["beside"] else {}
+    return experiment, {"beside": lambda size: MujocoRenderer(experiment.model, size)} if own["beside"] else {}
 
 
 def _contact(world, model, own):

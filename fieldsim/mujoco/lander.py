@@ -96,7 +96,7 @@ class DonutLander(gymnasium.Env):
         self._fuel, self._still, self._score = FUEL, 0, 0.0
 
     def reset(self, *, seed=None, options=None):
-        """Start at rest-ish, somewhere over the planet. seed: a whole number, for the same start again."""
+        """Start nearly at rest, somewhere over the planet. seed: a whole number, for the same start again."""
         if seed is not None:
             seed = validate.whole("DonutLander.reset", "seed", seed, at_least=0)
         super().reset(seed=seed)
@@ -111,7 +111,7 @@ class DonutLander(gymnasium.Env):
         self._fuel, self._still = FUEL, 0
         observation = self._observed()
         self._score = self._rated(observation)
-        return observation, self._told()
+        return observation, self._info()
 
     def step(self, action):
         """One turn: (observation, reward, terminated, truncated, info). Raises InputError for an action of nan."""
@@ -133,7 +133,7 @@ class DonutLander(gymnasium.Env):
         landed, lost = self._still >= PATIENCE, np.linalg.norm(observation[:3]) > FAR
         crashed = touching and max(speed, now) > CRASH
         reward += 100.0 * landed - 100.0 * (crashed or lost)
-        return observation, float(reward), bool(landed or crashed or lost), False, self._told(landed, crashed, lost)
+        return observation, float(reward), bool(landed or crashed or lost), False, self._info(landed, crashed, lost)
 
     def render(self):
         """The picture of this moment, (240, 320, 3) uint8, ray traced; None without a render_mode."""
@@ -160,12 +160,12 @@ class DonutLander(gymnasium.Env):
 
     @staticmethod
     def _rated(observation):
-        """What the reward counts the gains of: low, slow and upright is good."""
+        """Potential of the reward, whose gain is rewarded: greater if low, slow and upright."""
         gravity = observation[15:18]
         upright = -observation[9:12] @ gravity / max(np.linalg.norm(gravity), 1e-12)
         return -10.0 * observation[18] - 5.0 * np.linalg.norm(observation[3:6]) + upright
 
-    def _told(self, landed=False, crashed=False, lost=False):
+    def _info(self, landed=False, crashed=False, lost=False):
         return {"landed": bool(landed), "crashed": bool(crashed), "lost": bool(lost), "fuel": self._fuel}
 
 

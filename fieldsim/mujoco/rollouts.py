@@ -16,7 +16,7 @@ from fieldsim.types import ArrayLike, WholeLike
 
 # Positions, velocities, activations and time: what a run starts from and what it returns.
 STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
-# Bytes at most that the answer of a rollout may take.
+# Greatest size of a rollout's result, in bytes.
 MOST = 2**36
 
 
@@ -54,7 +54,7 @@ def rollout(
     starts (worlds, state): see `state_of`; controls (worlds or 1, steps or 1, nu). threads: default all cores. The
     forces may be active already. A world that blows up stays as it was then, with a FieldsimWarning. Raises InputError
     for what does not fit, and for forces that need Python (functions of time, native=False, or a callback of Python's
-    that was there before): threads would queue for its lock.
+    that was there before): threads would wait for its lock.
     """
     validate.instance("rollout", "forces", forces, FieldForces, "give a fs.mujoco.FieldForces")
     model = forces.model

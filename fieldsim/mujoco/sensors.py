@@ -1,9 +1,9 @@
 """A model's sensors in a field: which of them MuJoCo misreads, and what they would read.
 
-To MuJoCo the field is a push, like a spring's, and its own gravity is none: an accelerometer falls freely, and reads 0.
-A field is gravity, too. So what measures proper acceleration has the field's at its place taken off; what measures the
-force and torque that hold a body has those of field and contact taken off, on the body and all that hangs on it. With a
-field that is the same everywhere that is what MuJoCo reads in its own gravity.
+MuJoCo treats the field as a passive force, like a spring's, but its own gravity not: an accelerometer in free fall
+reads 0. A field is gravity, too. So sensors of proper acceleration get the field's acceleration at their place
+subtracted; sensors of the force and torque that hold a body get those of field and contact on the body's subtree
+subtracted. In a uniform field the result is what MuJoCo reads in its own gravity.
 """
 
 import warnings
@@ -17,7 +17,7 @@ Sensor = mujoco.mjtSensor
 ACCELERATIONS = (Sensor.mjSENS_ACCELEROMETER, Sensor.mjSENS_FRAMELINACC)
 WRENCHES = (Sensor.mjSENS_FORCE, Sensor.mjSENS_TORQUE)
 CORRECTED = (*ACCELERATIONS, *WRENCHES, Sensor.mjSENS_E_POTENTIAL)
-# What meets surfaces of geoms alone; and what may compute anything from what MuJoCo knows.
+# Sensors that detect surfaces of geoms only; and sensors that may compute anything from MuJoCo's state.
 TOUCHING = ("mjSENS_TOUCH", "mjSENS_CONTACT", "mjSENS_TACTILE", "mjSENS_RANGEFINDER")
 OWN = (Sensor.mjSENS_USER, Sensor.mjSENS_PLUGIN)
 
@@ -33,7 +33,7 @@ def _corrected(model) -> list[int]:
 
 
 def _beyond(model, contact: bool) -> list[int]:
-    """The sensors that a field or its surfaces make read wrongly, and that `readings` cannot correct."""
+    """The sensors that are wrong in a field or at its surfaces, and that `readings` cannot correct."""
     touching = [getattr(Sensor, name) for name in TOUCHING if contact and hasattr(Sensor, name)]
     # The compensation of a field is no work of actuators, as that of MuJoCo's gravity may be.
     compensating = bool(model.body_gravcomp.any())
@@ -135,7 +135,7 @@ def _frame(model, now, kind, number):
 
 
 def _holding(forces, now, sensors):
-    """Forces and torques (3,) by sensor, in its site's frame, that hold its body and all that hangs on it."""
+    """Forces and torques (3,) by sensor, in its site's frame, that hold its body and its subtree."""
     if not sensors:
         return {}
     model, found = now.model, {}

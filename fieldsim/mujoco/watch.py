@@ -1,4 +1,4 @@
-"""The model's numbers that tables were made of, watched: whether one of them was changed since."""
+"""Detects changes of the model's numbers from which tables were made."""
 
 import ctypes
 
@@ -10,7 +10,7 @@ from fieldsim.mujoco.callback.rows import OWN, WATCHED_WIDTH
 MASSES = ("body_mass", "body_inertia")
 SHAPES = ("body_ipos", "body_iquat", "geom_type", "geom_size", "geom_pos", "geom_quat", "geom_dataid")
 TOUCHING = ("geom_contype", "geom_conaffinity")
-# Too long to be looked at in every stage of a step.
+# Too long to be compared at every stage of a step.
 LONG = ("mesh_vert",)
 
 

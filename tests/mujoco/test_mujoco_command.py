@@ -12,7 +12,7 @@ from mujoco_scenes import BALL, CAMERA, CHECKERED, HUMANOID, ball_experiment, po
 import fieldsim as fs
 from fieldsim.cli import program
 from fieldsim.mujoco.models import model_of
-from fieldsim.mujoco.scene.mujoco_renderer import Beside
+from fieldsim.mujoco.scene.mujoco_renderer import MujocoRenderer
 
 
 def fieldsim(*arguments):
@@ -120,7 +120,7 @@ def test_mujocos_own_picture_needs_opengl(here, capsys, monkeypatch):
 def opengl():
     """Skip where MuJoCo has nothing to draw with."""
     try:
-        Beside(model_of(BALL.format(gravity="0 0 0")), (8, 8))
+        MujocoRenderer(model_of(BALL.format(gravity="0 0 0")), (8, 8))
     except fs.FieldsimError:
         pytest.skip("no OpenGL context here")
 
@@ -130,7 +130,7 @@ def test_checkers_lie_as_mujoco_has_them(opengl, uniform):
     model, data = posed(CHECKERED.format(uniform=uniform))
     snapshot = fs.mujoco.Scene(fs.World(), model).snapshot(data)
     above = fs.Camera((0, 0, 20), up=(0, 1, 0), fov=11.0)
-    own = Beside(model, (180, 180)).frame(snapshot, above).astype(int)
+    own = MujocoRenderer(model, (180, 180)).frame(snapshot, above).astype(int)
     ours = fs.render(snapshot, above, size=(180, 180)).astype(int)
     # All but pixels on the edges of squares.
     assert np.mean((own[..., 0] > own[..., 2]) == (ours[..., 0] > ours[..., 2])) > 0.95
@@ -139,12 +139,12 @@ def test_checkers_lie_as_mujoco_has_them(opengl, uniform):
 def test_mujocos_own_picture_stands_beside(opengl, tmp_path):
     """Both see the same ball at the same pixels."""
     experiment = ball_experiment(fps=10)
-    beside = lambda size: Beside(experiment.model, size)  # noqa: E731
+    beside = lambda size: MujocoRenderer(experiment.model, size)  # noqa: E731
     fs.film(experiment, tmp_path / "p_%d.png", size=(64, 48), beside=beside)
     picture = imageio.imread(tmp_path / "p_0.png")
     assert picture.shape == (48, 128, 3)
     snapshot = experiment.begin()[0].snapshot()
-    own = Beside(experiment.model, (64, 48)).frame(snapshot, CAMERA)
+    own = MujocoRenderer(experiment.model, (64, 48)).frame(snapshot, CAMERA)
     ours = fs.Renderer((64, 48)).layers(snapshot, CAMERA)["thing"] == 3
     theirs = own.sum(axis=2) > 0
     assert theirs.sum() > 10
@@ -167,7 +167,7 @@ class _NoRenderer:
 def test_what_is_changed_in_the_model_is_seen_beside(monkeypatch):
     monkeypatch.setattr(mujoco, "Renderer", _NoRenderer)
     model, data = posed(BALL.format(gravity="0 0 0"))
-    beside, scene = Beside(model, (8, 8)), fs.mujoco.Scene(fs.World(), model)
+    beside, scene = MujocoRenderer(model, (8, 8)), fs.mujoco.Scene(fs.World(), model)
     model.geom_rgba[0], model.geom_size[0, 0] = (1, 0, 0, 1), 0.3
     beside.frame(scene.snapshot(data), CAMERA)
     np.testing.assert_array_equal(beside.model.geom_rgba[0], (1, 0, 0, 1))

@@ -1,6 +1,6 @@
 """One evaluation of the callback: the wrench on every body, and what it does to the degrees of freedom.
 
-`turns` (G, 9), of gravity's and of the surfaces' groups, is room to work in.
+`turns` (G, 9), of gravity's and of the surfaces' groups, is scratch.
 """
 
 import functools
@@ -32,9 +32,9 @@ def wrench_on(accuracy: str, contact: bool, native: bool):
 
 @functools.cache
 def actor(accuracy: str, contact: bool, native: bool):
-    """Function (plan, views, turns, turns, hung, found): add the field's generalised forces to views.qfrc_passive.
+    """Function (plan, views, turns, turns, subtree_wrench, found): add generalised forces to views.qfrc_passive.
 
-    hung (nbody, 6): room for the torque and force on all that hangs on each body. found (n, 8) or (0, 8): where forces,
+    subtree_wrench (nbody, 6): scratch; torque and force on each body's subtree. found (n, 8) or (0, 8): where forces,
     torques and energies of field and contact of every body are left, if anywhere.
     """
     wrench = wrench_on(accuracy, contact, native)
@@ -57,14 +57,15 @@ def actor(accuracy: str, contact: bool, native: bool):
         return torque[0] + tx, torque[1] + ty, torque[2] + tz, force[0], force[1], force[2]
 
     @maker(native)
-    def act(plan, views, gravity_turns, surface_turns, hung, found):
+    def act(plan, views, gravity_turns, surface_turns, subtree_wrench, found):
         fill(plan.gravity, views.time, gravity_turns)
         fill(plan.surface, views.time, surface_turns)
-        hung[:] = 0.0
+        subtree_wrench[:] = 0.0
         c = views.cdof
-        # From the leaves to the roots: a body's joints carry what hangs on it.
-        for b in range(hung.shape[0] - 1, 0, -1):
-            tx, ty, tz, fx, fy, fz = hung[b, 0], hung[b, 1], hung[b, 2], hung[b, 3], hung[b, 4], hung[b, 5]
+        # From the leaves to the roots: a body's joints carry the wrench on its subtree.
+        for b in range(subtree_wrench.shape[0] - 1, 0, -1):
+            tx, ty, tz = subtree_wrench[b, 0], subtree_wrench[b, 1], subtree_wrench[b, 2]
+            fx, fy, fz = subtree_wrench[b, 3], subtree_wrench[b, 4], subtree_wrench[b, 5]
             if plan.places[b] >= 0:
                 own = felt(plan.places[b], plan, views, gravity_turns, surface_turns, found)
                 tx, ty, tz = tx + own[0], ty + own[1], tz + own[2]
@@ -75,6 +76,6 @@ def actor(accuracy: str, contact: bool, native: bool):
             parent = plan.parents[b]
             if parent > 0:
                 for i, one in enumerate((tx, ty, tz, fx, fy, fz)):
-                    hung[parent, i] += one
+                    subtree_wrench[parent, i] += one
 
     return act

@@ -1,4 +1,4 @@
-"""What of a MuJoCo body touches the analytic surfaces: its geoms as ellipsoids and points (see `contact`)."""
+"""Contact geoms: a MuJoCo body's geoms as ellipsoids and points for the contact potential (see `potential`)."""
 
 import dataclasses
 import math
@@ -114,7 +114,7 @@ def body_balls(model, body: int, law: Contact, radius: float) -> np.ndarray:
 
 
 def warn_of_untouched(model, bodies) -> None:
-    """Tell of what moves and collides in MuJoCo, but not with surfaces: flexible bodies, geoms of massless bodies."""
+    """Warn of what moves and collides in MuJoCo, but not with surfaces: flexible bodies, geoms of massless bodies."""
     moves = checks.last_dofs(model)[model.geom_bodyid] >= 0
     loose = _collides(model, "geom") & moves & ~np.isin(model.geom_bodyid, bodies)
     names = [f"geom {label(model, geom)} (its body has no mass)" for geom in np.flatnonzero(loose).tolist()]

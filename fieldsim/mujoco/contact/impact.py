@@ -1,4 +1,4 @@
-"""How fast bodies can fall onto a planet, and which time step their hits need."""
+"""Impact: the greatest speed at which bodies can hit a planet, and the time step that such hits need."""
 
 import mujoco
 import numpy as np
@@ -8,10 +8,10 @@ from fieldsim.mujoco.contact.geoms import Contact, body_balls, longest_step
 from fieldsim.potentials.field import Field
 from fieldsim.world.motion import pose_at
 
-# Points along each side of the grid on which a surface is looked for, and the values of F that count as on it.
+# Grid on which a surface is searched: points along each side, and the values of F that count as on it.
 GRID = 24
 NEAR = (0.5, 1.0)
-# How much shorter than the longest step that resolves a hit is taken.
+# Safety factor on the longest step that resolves a hit.
 MARGIN = 0.9
 
 
@@ -37,8 +37,8 @@ def hit_speed(world, model) -> float:
     return float(np.sqrt(2.0 * drop))
 
 
-def shortened(world, model, contact: Contact | None) -> float:
-    """The model's time step, or less where hits of its bodies on the surfaces of `world` are too quick for it."""
+def resolving_timestep(world, model, contact: Contact | None) -> float:
+    """The model's time step, or a shorter one that resolves hits of its bodies on the surfaces of `world`."""
     steps = [model.opt.timestep]
     if contact:
         radius = min(body.surface.at(0.0).radius for body in world.bodies if body.surface is not None)

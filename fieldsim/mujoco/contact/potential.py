@@ -45,7 +45,8 @@ def _uphill(native: bool):
         ga, gb = dot(g, a), dot(g, b)
         steep = dot(g, u)
         aa, ab, bb = between(a, h, a) - steep, between(a, h, b), between(b, h, b) - steep
-        # The curvatures, made to lead upwards and nowhere far: along a ridge there is none.
+        # Make the curvatures negative and bound them away from 0, for an ascent step of bounded length, also along a
+        # ridge.
         middle, half = 0.5 * (aa + bb), 0.5 * (aa - bb)
         radius = max(math.sqrt(half * half + ab * ab), 1e-300)
         least = max(RIDGE * (abs(middle) + radius), 1e-300)
@@ -185,7 +186,7 @@ def touch(native: bool):
         damped = -min(push, plan.law[1] * push * rising)
         along = v[0] - rising * n[0], v[1] - rising * n[1], v[2] - rising * n[2]
         speed = math.sqrt(dot(along, along))
-        # Coulomb's law, but never so strong that a time step turns the sliding round.
+        # Coulomb's law, limited so that a time step does not reverse the sliding.
         grip = min(plan.law[2] * (push + damped), 0.25 * views.mass[b] / views.timestep * speed) / max(speed, 1e-300)
         return (
             damped * n[0] - grip * along[0],

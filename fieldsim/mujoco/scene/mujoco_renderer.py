@@ -14,7 +14,7 @@ NEAR, FAR = 0.01, 1000.0
 FRAMES = tuple(f"{of}_{what}" for of in ("body", "geom", "site") for what in ("pos", "quat"))
 
 
-class Beside:
+class MujocoRenderer:
     """MuJoCo's own renderer as a drawer of frames: of the model alone, without what only the world holds.
 
     size: (width, height). Colours, sizes and frames that are changed in the model are seen. Raises FieldsimError where

@@ -22,7 +22,7 @@ from fieldsim.world.motion import Pose
 Kind = mujoco.mjtGeom
 # A half size that exceeds the smallest by less than this share of it counts as equal to it.
 EQUAL = 0.1
-# Of a skin in the geoms' own colours: soft.
+# Default blobbiness of a skin in the geoms' own colours.
 BLOBBINESS = -2.5
 
 

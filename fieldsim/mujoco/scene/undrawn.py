@@ -1,4 +1,4 @@
-"""What of a MuJoCo model is seen in MuJoCo's own pictures, but not in ours; by name."""
+"""Names of what MuJoCo's own pictures show of a model, and ours do not."""
 
 import mujoco
 import numpy as np

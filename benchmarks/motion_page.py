@@ -23,7 +23,8 @@ TARGETS = (1e-4, 1e-8, 1e-12)
 PAGE = """# Motion
 
 Which integrator when, what each costs, and how contact, rest, friction and work are defined. Written by
-`python -m benchmarks precision`, from the classes and from what it measured.
+`python -m benchmarks precision`, from the classes and from what it measured. How a particle passes through the code:
+[architecture.md](architecture.md#the-road-of-a-particle).
 
 ## Which integrator when
 

@@ -1,6 +1,6 @@
 """Sines, cosines and arctangents without branches, calls or reduction of large arguments, portable.
 
-A partial arc asks for half a dozen of them per query, where libraries' functions were most of its cost, and the closed
+A partial arc needs half a dozen of them per query; library functions were most of its cost, and the closed
 forms of triangles are mostly made of arctangents. The polynomials interpolate at Chebyshev nodes (60-digit arithmetic);
 the errors of the fits are before rounding.
 """

@@ -1,4 +1,4 @@
-"""What a portable function asks of its scalar type."""
+"""Properties of the scalar type, for portable functions."""
 
 from fieldsim.portable import portable, real
 

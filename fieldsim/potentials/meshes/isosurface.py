@@ -76,7 +76,7 @@ class _Surface:
         lattice = self._lattice
         wanted = np.ones(1, dtype=bool)
         while wanted.any():
-            # Halves have the bound of their whole until they are asked about.
+            # Halves have the bound of their whole until it is computed.
             asked = np.flatnonzero(lattice.sizes > WIDTHS * lattice.widths)
             if len(asked):
                 corners = lattice.places(lattice.points[lattice.corners[asked]])

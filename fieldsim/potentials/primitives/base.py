@@ -1,6 +1,6 @@
 """What every primitive of a skeleton shares: frozen fields that may be functions of time, and declared traits.
 
-A subclass declares once, in its own file, all that the rest of the package knows of it; no other room keeps a table of
+A subclass declares once, in its own file, all that the rest of the package knows of it; no other file keeps a table of
 primitives. Functions that start with `row_` are static and take packed rows (see `potentials.row`), by which the many
 elements of a scene are looked at together.
 """

@@ -57,7 +57,7 @@ def with_complement(
     fab = zero
     fan = zero
     fbn = zero
-    # One call for both, so that compilers inline it and drop what is not asked for.
+    # One call for both, so that compilers inline it and drop unused results.
     if not whole or (inside and turn > zero):
         f, fa, fb, fn, faa, fbb, fnn, fab, fan, fbn = arc(
             rho, inner, z, radius, angle, c0, s0, c1, s1, turn, versine, width, fold
@@ -79,11 +79,11 @@ def with_complement(
 
 @portable
 def near_axis(rho: real, radius: real, width: real):
-    """Whether a query is so close to the axis that all of the circle counts alike."""
+    """Whether a query is so close to the axis that the integrand is constant along the circle."""
     return rho < real(0.25) * radius
 
 
 @portable
 def near_axis_gaussian(rho: real, radius: real, a: real):
-    """As `near_axis`: the Gaussian also asks that it varies little around the circle."""
+    """As `near_axis`: for the Gaussian, whose integrand must vary little around the circle, too."""
     return rho < real(0.25) * radius and real(2.0) * a * a * rho * radius < real(1.0)

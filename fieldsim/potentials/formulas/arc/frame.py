@@ -40,7 +40,7 @@ from fieldsim.potentials.row import (
     normal_of,
 )
 
-# What a kernel on an arc is asked, in this order (`hole` sees to that); width and fold are the kernel's.
+# Arguments of a kernel on an arc, in this order (`hole` checks it); width and fold are the kernel's.
 ARC = "rho, inner, z, radius, angle, c0, s0, c1, s1, turn, versine, width, fold"
 # Closer to the ring than this part of its radius, the offset from it is computed with care.
 CLOSE = 0.125
@@ -197,7 +197,7 @@ def arc_jet(x: real, y: real, z: real, rows: Table, i: int):
         rows[i, KERNEL_WIDTH],
         rows[i, FOLD],
     )
-    # Finite or not: unlike `isfinite`, a comparison lets compilers drop the Hessian where nobody asks for it.
+    # Unlike `isfinite`, a comparison lets compilers drop the Hessian where it is unused.
     if not abs(fa + fb + fn) < real(math.inf):
         fa = real(0.0)
         fb = real(0.0)

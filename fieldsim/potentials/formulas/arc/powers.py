@@ -20,7 +20,7 @@ from fieldsim.potentials.formulas.segment.inverse_powers import sixth_power
 def arc_powers(m: real, inverse: real, c0: real, s0: real, c1: real, s1: real, turn: real):
     """Integrals over v, each with a relative error < 1e-14.
 
-    inverse: 1 / m, read only where cos(t) < 0; not to be asked for at an end of the arc (d = 0 there).
+    inverse: 1 / m, read only where cos(t) < 0; undefined at an end of the arc (d = 0 there).
     Returns cos(t), sin(t) / sqrt(m), the products of the ends' cosines and sines over d0 d1, and 1 / d0^2, 1 / d1^2;
     then the integrals of 1 over d^2; of cos^2, sin^2 and cos sin over d^4; of m cos^4, cos^2 sin^2 and sin^4 over d^6;
     and that of m^2 cos^6 over d^8.

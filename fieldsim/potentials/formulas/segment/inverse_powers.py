@@ -32,7 +32,7 @@ def inverse_powers(lo: real, length: real, d2: real):
     """Integrals of h = 1 / (q^2 + d2) and of its powers over q = lo..hi = lo + length, |lo| <= hi.
 
     Returns (sqrt(h_lo h_hi), h_lo + h_hi, h_hi) from the ends, and the integrals of h, h^2, h^3, h^4, each with a
-    relative error < 5e-15: inf on the line without d2, but not to be asked for at an end of it.
+    relative error < 5e-15: inf on the line without d2, but undefined at an end of it.
     With q = d tan(phi) they are integrals of even powers of cos(phi), and these, in the difference t of the two phi's
     and the product of their cosines, come down to the integrals of sin^2, sin^4, sin^6 from 0 to t: each follows from
     the next by a sum of positive terms, in which d cancels. No branch: beyond a right angle the supplement is taken.

@@ -34,7 +34,7 @@ def newtonian_segment(lo: real, rho2: real, length: real, softening: real, fold:
         across = (length * i_lo) * ((lo + hi) * i_hi) / (hi * r_lo + lo * r_hi)
         rest = (rho2 * i_lo * i_hi) * (d2 + lo * lo + hi * hi) / (r_lo * r_hi + lo * hi)
     else:
-        if d2 == zero:  # asked of d2, for who needs no potential
+        if d2 == zero:  # of d2, where no potential is needed
             return real(math.inf), along, zero, along_along, zero, zero
         across = (hi * i_hi - lo * i_lo) / d2
         rest = (rho2 / d2) * (real(1.0) - (lo * i_lo) * (hi * i_hi))

@@ -18,7 +18,7 @@ HALF_PI_LOW = 3.139164786504813e-07
 
 @portable
 def sine_cosine(x: real):
-    """Sine and cosine of x in [-pi/2, pi/2], each to 2 ulp, the cosine down to 1e-22. Fits: 3e-17."""
+    """Sine and cosine of x in [-pi/2, pi/2], each to 2 ulp of its type, the cosine down to 1e-22. Fits: 3e-17."""
     a = abs(x)
     turned = a > real(QUARTER_PI)
     if turned:
@@ -87,7 +87,7 @@ def arctangent_and_rest(y: real, x: real):
 def arctangent(y: real, x: real):
     """The angle of (x, y) in [-pi, pi], both finite: atan2(y, x), but 0 at the origin whatever the signs of zeros.
 
-    Relative error 3 ulp; the fit's is 7e-18.
+    Relative error 3 ulp of its type; the fit's is 7e-18.
     """
     angle, _rest = arctangent_and_rest(y, x)
     return angle

@@ -1,4 +1,4 @@
-"""Logarithm and exponential where their plain forms would cancel, portable."""
+"""Logarithm and exponential where their plain forms would cancel, portable. An ulp is 2^-52, in float32 2^-23."""
 
 import math
 

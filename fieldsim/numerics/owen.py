@@ -37,7 +37,8 @@ def _pair(node: real, weight: real, half: real, start: real, x2: real):
 def tail(x: real, start: real, width: real):
     """exp(start^2) times the integrals from start to start + width of exp(-t^2) and exp(-t^2) x / (x^2 + t^2) dt.
 
-    Relative error < 1e-13 for start >= BEYOND, for start = 0 and width <= x, and farther than 1 from 0 for width < 2.1.
+    Relative error < 1e-13 (float32: 5e-6) for start >= BEYOND, for start = 0 and width <= x, and farther than 1 from 0
+    for width < 2.1.
     """
     reach = min(width, real(CUT) / (start + math.sqrt(start * start + real(CUT))))
     half = real(0.5) * reach
@@ -64,7 +65,7 @@ def wedge(x: real, y: real):
     """Integral from 0 to y of (1 - exp(-x^2 - t^2)) x / (x^2 + t^2) dt for x, y >= 0. Absolute error < 5e-16.
 
     It is atan(y / x) - 2 pi T(sqrt(2) x, y / x), twice the integral of exp(-r^2) over the triangle (0, 0), (x, 0),
-    (x, y), and vanishes with x and y; wedge(x, y) + wedge(y, x) = pi / 2 erf(x) erf(y).
+    (x, y), and vanishes with x and y; wedge(x, y) + wedge(y, x) = pi / 2 erf(x) erf(y). In float32 the error is < 3e-7.
     """
     long = max(x, y)
     short = min(x, y)
@@ -94,7 +95,8 @@ def _scaled(x: real, y: real):
 def line_of_sight(x: real, lo: real, width: real):
     """(exponent, q): exp(exponent) q is the integral from lo to lo + width of exp(-x^2 - t^2) x / (x^2 + t^2) dt.
 
-    x > 0; lo + width >= |lo|. Relative error < 1e-13, also where the integral underflows.
+    x > 0; lo + width >= |lo|. Relative error < 1e-13 for lo <= 0, for lo >= BEYOND and for width > 2, also where the
+    integral underflows; else of the integral from 0 to lo + width.
     """
     if lo >= real(BEYOND):
         return -x * x - lo * lo, peaked(x, lo, width)
@@ -108,7 +110,7 @@ def line_of_sight(x: real, lo: real, width: real):
 
 @portable
 def owen_t(h: real, a: real):
-    """Owen's T(h, a) for any h and a. Absolute error < 1e-16, relative error < 1e-13 for a <= 1."""
+    """Owen's T(h, a) for any h and a. Absolute error < 2.2e-16 (float32: 1.2e-7), relative error < 1e-13 for a <= 1."""
     x = abs(h) / real(SQRT_2)
     y = x * abs(a)
     if x == real(0.0):

@@ -12,7 +12,7 @@ from fieldsim.portable import portable, real
 
 @portable
 def rotation(x: real, y: real, z: real, angle: real):
-    """The nine entries, by rows, of the matrix that turns by `angle` about (x, y, z). Error 4 ulp of 1."""
+    """The nine entries, by rows, of the matrix that turns by `angle` about (x, y, z). Error 2e-15."""
     s = math.sin(angle)
     c = math.cos(angle)
     # 1 - cos, without cancellation.
@@ -32,7 +32,7 @@ def rotation(x: real, y: real, z: real, angle: real):
 
 
 def about_axis(axis, angles) -> np.ndarray:
-    """Matrices (N, 3, 3) of the turns by `angles` (N,) about one axis (3,). Error 4 ulp of 1."""
+    """Matrices (N, 3, 3) of the turns by `angles` (N,) about one axis (3,). Error 2e-15."""
     x, y, z = axis
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     angles = np.asarray(angles)[:, None, None]
@@ -40,7 +40,7 @@ def about_axis(axis, angles) -> np.ndarray:
 
 
 def turned(vectors, axes, angles) -> np.ndarray:
-    """Vectors (N, 3), each turned by its own angle (N,) about its own axis (N, 3). Error 4 ulp of their lengths."""
+    """Vectors (N, 3), each turned by its own angle (N,) about its own axis (N, 3). Error 2e-15 of their lengths."""
     cos, sin = np.cos(angles)[:, None], np.sin(angles)[:, None]
     along = np.einsum("ij,ij->i", axes, vectors)[:, None] * axes
     return cos * vectors + sin * np.cross(axes, vectors) + (1.0 - cos) * along

@@ -8,8 +8,6 @@ import numpy as np
 import pytest
 import targets
 
-from fieldsim.numerics.elementary import exp_moment
-from fieldsim.numerics.elliptic import carlson_d_trio
 from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Newtonian
 from fieldsim.potentials.primitives.arc import Arc
 from fieldsim.potentials.primitives.circle import Circle
@@ -278,20 +276,3 @@ def test_gaussian_arcs_whose_ends_are_alike_on_the_far_side(angle, a):
     assert 1e-38 < exact[0] < 1e-35
     # Of the force's and of its slope's scale: the pulls of the two ends cancel in part.
     assert (norms(error)[0] <= 1e-13 * got[0, 0] * (2 * a**2 * (1 + rho)) ** np.arange(3)).all()
-
-
-@pytest.mark.parametrize("x", [0.0, 1e-12, 1e-3, 0.5, 0.999, 1.0, 1.5, 40.0, 1e3])
-def test_exp_moment(x):
-    with mp.workdps(40):
-        exact = (1 - (1 + mp.mpf(x)) * mp.exp(-x)) / mp.mpf(x) ** 2 if x else mp.mpf(0.5)
-        assert abs(exp_moment(x) / exact - 1) < 1e-15
-
-
-@pytest.mark.parametrize("x", [0.0, 1e-20, 1e-6, 0.3, 10.0, 1e8])
-@pytest.mark.parametrize("gap", [1e-24, 1e-9, 1e-2, 0.5, 0.999999])
-def test_carlson_ratio(x, gap):
-    with mp.workdps(60):
-        x, y, z = mp.mpf(x), mp.mpf(x + gap), mp.mpf(x + 1.0)
-        exact = (mp.elliprd(x, z, y) - mp.elliprd(x, y, z)) / (z - y)
-    _, _, ratio = carlson_d_trio(float(x), float(y), float(z))
-    assert y == x or abs(ratio / exact - 1) < 4e-15

@@ -11,7 +11,6 @@ import pytest
 import targets
 
 from fieldsim.errors import InputError
-from fieldsim.numerics.angles import arctangent, sine_cosine
 from fieldsim.potentials.elements import pack
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
 from fieldsim.potentials.primitives.arc import Arc
@@ -297,17 +296,3 @@ def test_arcs_are_normalised_measured_and_animated():
     growing = Circle(CENTER, NORMAL, lambda time: 1 + time)
     assert growing.animated
     assert growing.at(1.0) == Circle(CENTER, NORMAL, 2.0)
-
-
-def test_short_trigonometry_keeps_every_digit():
-    rng = np.random.default_rng(14)
-    near = 10 ** rng.uniform(-15, 0, 200)
-    with mpmath.workdps(40):
-        for x in [0.0, *rng.uniform(-math.pi / 2, math.pi / 2, 200), *near, *(math.pi / 2 - near)]:
-            sin, cos = sine_cosine(float(x))
-            assert abs(sin - mpmath.sin(x)) <= 4e-16 * abs(mpmath.sin(x))
-            # Of pi/2 itself 1e-22 is left over.
-            assert abs(cos - mpmath.cos(x)) <= 4e-16 * abs(mpmath.cos(x)) + 1e-22
-        for y, x in zip(10 ** rng.uniform(-12, 3, 300), rng.normal(size=300), strict=True):
-            exact = mpmath.atan2(y, x)
-            assert abs(arctangent(float(y), float(x)) - exact) <= 6e-16 * exact

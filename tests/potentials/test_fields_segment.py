@@ -8,7 +8,6 @@ import pytest
 import targets
 
 from fieldsim.errors import InputError
-from fieldsim.numerics.error_functions import erfcx
 from fieldsim.potentials.elements import Elements, pack
 from fieldsim.potentials.formulas.segment.inverse_powers import inverse_powers
 from fieldsim.potentials.kernels import Cauchy, Gaussian, Newtonian
@@ -214,14 +213,6 @@ def test_integrals_of_inverse_powers():
         for k, integral in enumerate(got, 1):
             assert abs(integral / true - 1) < 5e-15
             true = ((2 * k - 1) * true + high * h_high**k - low * h_low**k) / (2 * k * d2)
-
-
-def test_erfcx():
-    for x in [0.0, *np.logspace(-8, 8, 200).tolist()]:
-        # Above 1e3 exp(x^2) erfc(x) is its asymptotic series to 1e-16.
-        series = (1 - 1 / (2 * mp.mpf(x) ** 2) + 3 / (4 * mp.mpf(x) ** 4)) / (mp.mpf(x) * mp.sqrt(mp.pi)) if x else 0
-        true = mp.exp(mp.mpf(x) ** 2) * mp.erfc(x) if x < 1e3 else series
-        assert abs(erfcx(x) - true) < 1e-15 * true
 
 
 @pytest.mark.parametrize(

@@ -9,8 +9,6 @@ import pytest
 import triangle_oracle
 
 from fieldsim.errors import InputError
-from fieldsim.numerics.clausen import clausen
-from fieldsim.numerics.owen import line_of_sight, owen_t
 from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Metaball, Newtonian, Quartic, SoftObject
 from fieldsim.potentials.primitives.triangle import Triangle
 
@@ -198,35 +196,6 @@ def test_a_folded_gaussian_keeps_its_tail():
             if want < mp.exp(50):
                 assert abs(value / want - 1) < 1e-11
                 assert mp.norm(mp.matrix(gradient.tolist()) - slope) < 1e-11 * mp.norm(slope)
-
-
-def test_owen_t():
-    rng = np.random.default_rng(2)
-    for h, a in zip(10 ** rng.uniform(-3, 0.9, size=60), 10 ** rng.uniform(-3, 3, size=60), strict=True):
-        with mp.workdps(30):
-            half = mp.mpf(h) ** 2 / 2
-            angle = mp.atan(a)
-            # With x = tan(angle) the integrand is smooth on a finite range.
-            cuts = [angle * mp.mpf(k) / 20 for k in range(21)]
-            want = mp.quad(lambda t: mp.exp(-half / mp.cos(t) ** 2), cuts) / (2 * mp.pi)  # noqa: B023 - called at once
-            assert abs(owen_t(h, a) - want) < 2e-16 + 1e-13 * want * (a <= 1)
-    assert owen_t(0.0, 1.0) == 0.125
-    assert owen_t(1.0, -0.5) == -owen_t(-1.0, 0.5)
-
-
-def test_line_of_sight_beyond_an_edge():
-    for x, lo, width in ((0.3, 1.2, 0.01), (1e-6, 3.0, 5.0), (20.0, 25.0, 1.0), (4.0, -0.5, 0.8), (2.0, 0.3, 40.0)):
-        exponent, q = line_of_sight(x, lo, width)
-        with mp.workdps(30):
-            reach = min(mp.mpf(width), 12)
-            cuts = [lo + reach * k / 40 for k in range(41)]
-            want = mp.quad(lambda t: mp.exp(-x * x - t * t - exponent) * x / (x * x + t * t), cuts)  # noqa: B023
-            assert abs(q / want - 1) < 2e-13
-
-
-def test_clausen():
-    for x in np.concatenate([np.linspace(-6.0, 6.0, 101), 10.0 ** np.arange(-12, 0), [1.6999, 1.7]]):
-        assert abs(clausen(x) - mp.clsin(2, mp.mpf(x))) < 4e-16
 
 
 def test_bad_triangles():

@@ -5,12 +5,10 @@ import math
 import zlib
 
 import jet_oracle
-import mpmath as mp
 import numpy as np
 import pytest
 import targets
 
-from fieldsim.numerics.sine_integrals import sine_powers, sine_sixth
 from fieldsim.potentials.kernels import (
     Cauchy,
     Gaussian,
@@ -236,11 +234,3 @@ def test_pieces_of_an_arc_add_up(kernel):
         jets = targets.jets("warp64", *targets.rows_of([whole, first, second], [kernel] * 3), np.tile(point, (3, 1)))
         parts = np.abs(jets).max(axis=0)
         np.testing.assert_allclose(jets[1] + jets[2], jets[0], rtol=0, atol=1e-11 * max(1.0, parts.max()))
-
-
-@pytest.mark.parametrize("angle", [1e-9, 1e-3, 0.3, 0.523, 0.524, 1.0, 2.0, 3.1])
-def test_sine_sixth(angle):
-    with mp.workdps(30):
-        exact = angle**7 * mp.quad(lambda t: (mp.sin(angle * t) / angle) ** 6, [0, 1])
-    _, fourth = sine_powers(math.sin(angle), math.cos(angle), angle)
-    assert abs(sine_sixth(math.sin(angle), math.cos(angle), fourth) / exact - 1) < 1e-15 * (1 + 50 * (angle > 0.5))

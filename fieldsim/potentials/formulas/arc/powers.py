@@ -12,8 +12,8 @@ case; none is lost as m -> 0.
 import math
 
 from fieldsim.numerics.constants import HALF_PI, THIRD, TWO_THIRDS
+from fieldsim.numerics.sine_integrals import sixth_power
 from fieldsim.portable import portable, real
-from fieldsim.potentials.formulas.segment.inverse_powers import sixth_power
 
 
 @portable

@@ -8,6 +8,7 @@ import math
 
 import warp as wp
 
+from fieldsim.numerics.constants import TAU
 from fieldsim.potentials.primitives.base import Volume
 from fieldsim.potentials.row import ANGLE, LENGTH, RADIUS
 from fieldsim.render.materials.mipmaps import looked_up
@@ -28,7 +29,6 @@ from fieldsim.render.scene.rows import first_of, normal_of, point_of
 from fieldsim.render.scene.tables import Scene
 from fieldsim.world import texture
 
-TAU = wp.constant(math.tau)
 OCTAVES = 4
 _PLAIN = wp.constant(0)
 _CHECKER, _CLOUDS, _MARBLE, _PICTURE = (

@@ -7,13 +7,13 @@ import math
 import numpy as np
 import warp as wp
 
+from fieldsim.numerics.constants import TAU
 from fieldsim.render.materials.mipmaps import looked_up, uploaded_pictures
 from fieldsim.world.color import color_rgb
 
 AMBIENT = 0.55  # ambient light: share of the sky's colour
 FILL = 0.045  # ambient light: share of white, so that shapes stay visible under a black sky
 
-_TAU = wp.constant(math.tau)
 _CELLS = wp.constant(48.0)  # grid cells of stars along a side of the sky's cube
 
 
@@ -80,8 +80,8 @@ def background(d: wp.vec3, sky: Sky):
     """Linear colour of the sky in direction d."""
     if sky.width > 0:
         # From within, longitudes run to the left.
-        u = 0.5 + sky.turn - wp.atan2(d[1], d[0]) / _TAU
-        v = 2.0 * wp.atan2(wp.sqrt(d[0] * d[0] + d[1] * d[1]), d[2]) / _TAU
+        u = 0.5 + sky.turn - wp.atan2(d[1], d[0]) / TAU
+        v = 2.0 * wp.atan2(wp.sqrt(d[0] * d[0] + d[1] * d[1]), d[2]) / TAU
         ends = wp.vec2(0.0, 1.0)
         return sky.intensity * looked_up(sky.texels, 0, sky.width, sky.height, wp.vec2(u, v), ends, sky.covered)
     u = 0.5 + 0.5 * d[2]

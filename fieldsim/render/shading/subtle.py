@@ -7,10 +7,10 @@ more are sent. Light through a transparent body is reduced by reflection and tin
 # ruff: noqa: UP018, RUF046 - float(0.0) and int(0) make variables that Warp lets a loop change
 
 import functools
-import math
 
 import warp as wp
 
+from fieldsim.numerics.constants import TAU
 from fieldsim.potentials import registry
 from fieldsim.render.materials.textures import color_at
 from fieldsim.render.scene.hits import Balls, Hits, Lights, above, towards
@@ -24,7 +24,6 @@ from fieldsim.render.solvers import hermite
 _ROOM = wp.constant(64)  # intervals of a shadow ray in local memory
 _CROSSINGS = wp.constant(64)  # greatest number of surfaces that light crosses
 _DARK = wp.constant(1.0 / 512.0)
-_TAU = wp.constant(math.tau)
 # Fractions of the plastic number: points that fill a square evenly, however many (Roberts 2018).
 _ACROSS, _ROUND = wp.constant(0.7548776662466927), wp.constant(0.5698402909980532)
 
@@ -42,7 +41,7 @@ def aimed(p: wp.vec3, light: int, k: int, i: int, lights: Lights):
         axis, _distance = towards(p, where)
         other = wp.where(wp.abs(axis[0]) < 0.6, wp.vec3(1.0, 0.0, 0.0), wp.vec3(0.0, 1.0, 0.0))
         right = wp.normalize(wp.cross(axis, other))
-        aside = out * (wp.cos(_TAU * turn) * right + wp.sin(_TAU * turn) * wp.cross(axis, right))
+        aside = out * (wp.cos(TAU * turn) * right + wp.sin(TAU * turn) * wp.cross(axis, right))
         where = where + wp.vec4(aside[0], aside[1], aside[2], 0.0)
     return towards(p, where)
 

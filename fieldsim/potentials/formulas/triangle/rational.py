@@ -50,25 +50,6 @@ def lorentzians(g2: real, lo: real, length: real):
 
 
 @portable
-def _atan_rest(x: real):
-    """atan(x) - x for |x| <= 1/4, to relative rounding."""
-    u = x * x
-    p = real(1.0) / real(25.0)
-    p = real(1.0) / real(23.0) - p * u
-    p = real(1.0) / real(21.0) - p * u
-    p = real(1.0) / real(19.0) - p * u
-    p = real(1.0) / real(17.0) - p * u
-    p = real(1.0) / real(15.0) - p * u
-    p = real(1.0) / real(13.0) - p * u
-    p = real(1.0) / real(11.0) - p * u
-    p = real(1.0) / real(9.0) - p * u
-    p = real(1.0) / real(7.0) - p * u
-    p = real(1.0) / real(5.0) - p * u
-    p = real(1.0) / real(3.0) - p * u
-    return -x * u * p
-
-
-@portable
 def _mean_node(x: real):
     return x * x / (real(1.0) + x * x)
 
@@ -96,7 +77,9 @@ def far_strip(d: real, lo: real, length: real, zeta: real):
             node, weight = unit_legendre_6(k)
             mean += weight * _mean_node(alpha + node * gap)
         both = length / base_d / base_g
-        return d * both - d / g * mean * lean * both / (g + d) + _atan_rest(alpha) / (g * (g + d))
+        _angle, rest = arctangent_and_rest(alpha, real(1.0))
+        beyond = alpha * alpha * alpha * rest
+        return d * both - d / g * mean * lean * both / (g + d) + beyond / (g * (g + d))
     across = length * lean / (g + d)
     down = base_d * base_g + d * g * length * length
     turn = real(0.0)

@@ -166,5 +166,8 @@ def _annotations(source, target, scalar):
     return {name: types_of.get(mark, mark) for name, mark in source.__annotations__.items()}
 
 
+@functools.cache
 def _global_names(code):
-    return [i.argval for i in dis.get_instructions(code) if i.opname in ("LOAD_GLOBAL", "LOAD_NAME")]
+    """The global names that a function's code reads, each once, in order; kept, because `bind` asks often."""
+    read = [i.argval for i in dis.get_instructions(code) if i.opname in ("LOAD_GLOBAL", "LOAD_NAME")]
+    return tuple(dict.fromkeys(read))

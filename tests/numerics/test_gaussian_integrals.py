@@ -20,7 +20,8 @@ ACCEPTED = {
     "clausen": (6, 6),
     "tail": (40, 40),
     "tail_seen": (40, 40),
-    "line_of_sight": (40, 40),
+    # Its range from 0 less that to `lo`, here.
+    "line_of_sight": (450, 450),
 }
 
 

@@ -55,7 +55,7 @@ def test_jacobi(count):
     assert table == [(float(x), float(w)) for x, w in exact_rule([x for x, _w in table], 1)]
 
 
-@pytest.mark.parametrize("count", [1, 3, 24])
+@pytest.mark.parametrize("count", [2, 8, 24])
 def test_any_order(count):
     nodes, weights = gauss_legendre(count)
     exact = np.array([[float(x), float(w)] for x, w in exact_rule(nodes.tolist(), 0)]).T

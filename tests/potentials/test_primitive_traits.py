@@ -3,8 +3,10 @@
 A primitive that enters the registry is tested here once it has an example in `EXAMPLES`.
 """
 
+import ast
 import dataclasses
 import math
+import pathlib
 
 import numpy as np
 import pytest
@@ -138,6 +140,34 @@ def test_traits_are_of_their_kind(primitive):
     assert primitive.plain() == primitive or primitive.profiled
     fields = {field.name for field in dataclasses.fields(primitive)}
     assert {*primitive.points, *primitive.directions} <= fields
+
+
+# Who builds skeletons, or says what it can do; what is known of primitives is declared by themselves.
+USERS = {
+    "mujoco/lander.py",
+    "mujoco/scene/skins.py",
+    "potentials/calibration.py",
+    "potentials/meshes/mesh.py",
+    "render/solvers/laguerre.py",
+}
+
+
+def test_no_other_room_names_primitives():
+    package = pathlib.Path(fs.__file__).parent
+    names = {kind.__name__ for _, kind in registry.FORMULAS}
+    found = set()
+    for path in package.rglob("*.py"):
+        part = path.relative_to(package).as_posix()
+        if part.startswith(tuple(f"potentials/{room}/" for room in ("primitives", "formulas", "skeletons"))):
+            continue
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        imports = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+        if any(names & {alias.name for alias in node.names} for node in imports):
+            found.add(part)
+        # A table keyed by names of classes.
+        keys = [key for node in ast.walk(tree) if isinstance(node, ast.Dict) for key in node.keys]
+        assert not names & {key.value for key in keys if isinstance(key, ast.Constant)}, part
+    assert found == USERS | {"__init__.py"}
 
 
 # Geometry

@@ -161,7 +161,7 @@ def test_a_profiles_coefficients_have_room():
 # Names of arrays whose last axis is that of a layout, in whatever object they stand.
 TABLES = {"row", "rows", "part", "balls", "motions", "motion", "groups", "fixed_rows", "moving_rows"}
 # Rows of other things, which have two or three columns of their own or are no arrays.
-OTHERS = {"mujoco/models.py", "potentials/meshes/readers/ply.py", "recording/recording.py"}
+OTHERS = ("mujoco/models.py", "potentials/meshes/readers/", "recording/recording.py")
 
 
 def literal_columns(source: str):
@@ -207,7 +207,7 @@ def test_literal_columns_are_seen():
 
 @pytest.mark.parametrize("path", sorted(PACKAGE.rglob("*.py")), ids=lambda path: str(path.relative_to(PACKAGE)))
 def test_columns_have_names(path):
-    if str(path.relative_to(PACKAGE)) in OTHERS:
+    if path.relative_to(PACKAGE).as_posix().startswith(OTHERS):
         return
     assert not list(literal_columns(path.read_text(encoding="utf-8")))
 

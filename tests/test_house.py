@@ -186,13 +186,29 @@ def test_the_readmes_commands_are_where_ci_looks(name):
     assert found[1].startswith("python3 -m venv .venv && .venv/bin/pip install")
 
 
-def test_the_readmes_examples_run(tmp_path, monkeypatch):
+def promised(line):
+    """(name, number or shape) that the comment of an assignment promises of its value; None where it promises none."""
+    found = re.match(r"(\w+) = .*  # .*?(-?\d+\.\d+|\(\d+(?:, \d+)*\))", line)
+    return found and (found[1], ast.literal_eval(found[2]))
+
+
+def test_the_readmes_examples_run_and_give_what_their_comments_say(tmp_path, monkeypatch):
     blocks = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
     assert blocks
     monkeypatch.chdir(tmp_path)
-    names = {}
+    names, kept = {}, 0
     for block in blocks:
         exec(block, names)
+        for name, value in filter(None, map(promised, block.splitlines())):
+            kept += 1
+            if isinstance(value, tuple):
+                assert np.shape(names[name]) == value, name
+            else:
+                assert names[name] == pytest.approx(value, abs=0.5 * 10.0 ** -len(str(value).split(".")[1])), name
+    assert kept >= 3
+    # What they say in words.
+    assert abs(np.trace(names["tide"])) < 1e-14 * np.linalg.norm(names["tide"])
+    assert {"depth", "normal", "weights", "owner", "steps"} <= set(names["layers"])
 
 
 def test_the_readmes_links_lead_somewhere():

@@ -128,12 +128,8 @@ def test_single_precision(kernel):
     if isinstance(kernel, Cauchy):
         floor, width = min(triangle.measure, math.pi / kernel.s**2), 1 / kernel.s
     scale = norms(expected) + floor / np.array([[1.0], [width], [width**2]])
-    # Close to an edge the distance to it is itself a difference of coordinates; how steep the fields are there says
-    # how much its rounding may do.
     assert np.isfinite(np.concatenate([part.ravel() for part in jet])).all()
-    good = differences(jet, expected) <= 5e-6 * scale
-    close = np.array([n.startswith(("close", "just")) for _ in range(20) for n, _ in places(corners, 0)])
-    assert good[:, ~close].all()
+    assert (differences(jet, expected) <= 5e-6 * scale).all()
 
 
 @pytest.mark.parametrize("kernel", [Newtonian(), Newtonian(0.3), Gaussian(2.0), Cauchy(2.0), Metaball(2.5)], ids=str)

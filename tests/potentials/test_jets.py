@@ -189,9 +189,10 @@ def test_single_precision(key):
         power = {Newtonian: 1.0, InverseSquare: 0.5}.get(key[0])
         width = (measure / size[:, 0]) ** power if power else np.array([1.0 / k.width for k in kernels])[far]
         scale = size[:, :1] / width[:, None] ** np.arange(3)
-    accepted = (error <= 5e-6 * (size + scale)).all(axis=1)
+    relative = (error / (size + scale)).max(axis=1)
+    assert relative.max() <= 1e-5
     # The ends of an arc are known to the rounding of its angle, which counts close to them.
-    assert accepted.mean() >= (0.98 if key[1] is Arc else 1.0)
+    assert (relative <= 5e-6).mean() >= (0.98 if key[1] is Arc else 1.0)
 
 
 @pytest.mark.parametrize("key", [k for k in JETS if k[0] in COMPACT], ids=name)
@@ -204,10 +205,9 @@ def test_single_precision_inside_a_wide_support(key):
     kinds, rows = targets.rows_of(primitives, kernels)
     rows, points = rows.astype(np.float32).astype(float), points.astype(np.float32).astype(float)
     single, double = (targets.jets(target, kinds, rows, points) for target in ("warp32", "warp64"))
-    # Of the Hessian, which jumps at the edge, most must do.
-    accepted = norms(single - double) <= 5e-6 * (norms(double) + scales(primitives, kernels))
-    assert accepted[:, :2].all()
-    assert accepted[:, 2].mean() > 0.95
+    # (Points as far from a support's edge as these are on the same side of it in both precisions.)
+    relative = norms(single - double) / (norms(double) + scales(primitives, kernels))
+    assert relative.max() <= 5e-6
 
 
 @pytest.mark.parametrize("primitive_type", [Point, Segment])

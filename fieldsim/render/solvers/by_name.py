@@ -3,7 +3,7 @@
 | name | method | surfaces |
 |---|---|---|
 | hermite | bounded steps on the true field, cubic Hermite pieces for the root: the default | all that are rendered |
-| lagrange | one quartic an element through five samples, as published in 1998; its error shows | as hermite |
+| lagrange | one quartic an element through five samples, as published in 1998; its error shows | kernels with an end |
 | laguerre | exact polynomials along the ray, roots by Laguerre's method | Points of polynomial kernels |
 | numeric | samples of the true field, regula falsi where the sign changes | as hermite |
 | referee | safe steps on the true field in float64: slow, misses nothing | all that safe steps know |
@@ -30,11 +30,12 @@ from fieldsim.render.solvers.referee import Referee
 class Solver:
     """A solver of primary rays: a sweep through sorted intervals. known(): (kernel, primitive) pairs; None: all.
 
-    counts: whether it counts the evaluations of each ray, which layers show.
+    counts: whether it counts the evaluations of each ray, which layers show; pieces: whether it cuts intervals into
+    pieces as long as a kernel is wide, which are too many where a field goes on for ever, as 1/r does.
     """
 
-    def __init__(self, name, first_hit, *, known=None, polish=0.01, counts=False):
-        self.name, self.counts = name, counts
+    def __init__(self, name, first_hit, *, known=None, polish=0.01, counts=False, pieces=False):
+        self.name, self.counts, self.pieces = name, counts, pieces
         self.options = {"first_hit": first_hit, "polish": polish}
         self._known = known
 
@@ -42,6 +43,11 @@ class Solver:
         """Raise InputError for elements that the solver cannot do."""
         known = None if self._known is None else self._known()
         for formula in _formulas(elements):
+            if self.pieces and formula.kernel.unit:
+                raise InputError(
+                    f"the solver {self.name!r} cannot do {formula.kernel.__name__}, whose field never ends: too many "
+                    "pieces; give solver='hermite'"
+                )
             if known is not None and (formula.kernel, formula.primitive) not in known:
                 raise InputError(
                     f"the solver {self.name!r} cannot do {formula.kernel.__name__} on {formula.primitive.__name__}, "
@@ -108,7 +114,7 @@ def _formulas(elements):
 SOLVERS = {
     "hermite": Solver("hermite", hermite.first_hit, counts=True),
     # polish=0: no Newton step on the true field afterwards.
-    "lagrange": Solver("lagrange", lagrange.first_hit, polish=0.0),
+    "lagrange": Solver("lagrange", lagrange.first_hit, polish=0.0, pieces=True),
     "laguerre": Solver("laguerre", laguerre.first_hit, known=laguerre.known),
     "numeric": Solver("numeric", numeric.first_hit),
     "referee": SafeSteps("referee"),

@@ -15,6 +15,10 @@ from fieldsim.potentials import registry
 from fieldsim.sources.field import field_at
 from fieldsim.sources.rows import shift_of, turn_of
 from fieldsim.sources.stages import Stages
+from fieldsim.world.motion import Keyframes, Motion, Spin, pose_at
+
+# Half the time over which the twist of a motion is measured that is any function of time.
+STEP = 1e-5
 
 
 def twists(rotations, positions):
@@ -37,6 +41,27 @@ def twists(rotations, positions):
     shift = moved - 0.5 * across + bend[..., None] * np.cross(turn, across)
     steps = np.concatenate([turn, shift], axis=-1)
     return np.concatenate([steps, np.zeros_like(steps, shape=(1, *steps.shape[1:]))])
+
+
+def twist_rate(motion: Motion, time: float) -> np.ndarray:
+    """Twist per unit of time (6,) of what moves so: angular velocity, and velocity of what is at the world's origin.
+
+    Exact for a Pose, a Spin and Keyframes; of other functions of time the screw from shortly before to shortly after,
+    which errs by the third derivative times STEP^2 / 6, and by roundings of what the function gives over STEP.
+    """
+    if isinstance(motion, Spin):
+        turn = motion.rate * np.array(motion.axis)
+        return np.concatenate([turn, -np.cross(turn, motion.center)])
+    if isinstance(motion, Keyframes):
+        velocity, turn = motion.rates(time)
+        return np.concatenate([turn, velocity - np.cross(turn, pose_at(motion, time).position)])
+    if not callable(motion):
+        return np.zeros(6)
+    # Rounded times are not 2 STEP apart.
+    before, after = time - STEP, time + STEP
+    poses = [pose_at(motion, before), pose_at(motion, after)]
+    rotations, positions = (np.array([getattr(pose, name) for pose in poses]) for name in ("matrix", "position"))
+    return twists(rotations[:, None], positions[:, None])[0, 0] / (after - before)
 
 
 @wp.func

@@ -199,6 +199,38 @@ class Keyframes(Generic[Value]):
             result = float(result)
         return result
 
+    def rates(self, time: RealLike) -> tuple[np.ndarray, np.ndarray]:
+        """How fast the value changes at `time`, in the keys' shape, and the angular velocity (3,) of poses, else 0.
+
+        Exact; at a key the rates after it.
+        """
+        time = validate.number("Keyframes.rates", "time", time)
+        still = np.zeros_like(self.values[0]), np.zeros(3)
+        if self.interpolation == "step" or not (self.loop or self.times[0] <= time < self.times[-1]):
+            return still
+        if len(self.times) == 1:
+            return still
+        k, u, step = self._span(time)
+        step = step or self.times[1] - self.times[0]
+        turning = still[1] if self.rotations is None else self._angular_velocity(self.rotations[k], k, u, step)
+        change = self.values[k + 1] - self.values[k]
+        if self.interpolation == "linear":
+            return change / step, turning
+        first, last = self._slopes(k, np.diff(self.values, axis=0))
+        growth = 6 * u * (1 - u) / step * change + (1 - u) * (1 - 3 * u) * first + u * (3 * u - 2) * last
+        return growth, turning
+
+    def _angular_velocity(self, start, k, u, step):
+        """Of the product of turns in `_rotation`: each turns about its own vector, moved by those before it."""
+        if self.interpolation == "linear":
+            return quaternion.matrices(start) @ self._turns[k] / step
+        total, turned = np.zeros(3), start
+        rates = 3 * (1 - u) ** 2, 6 * u * (1 - u), 3 * u * u
+        for (weight, vector), rate in zip(self._bezier(k, u, step), rates, strict=True):
+            total += quaternion.matrices(turned) @ vector * (rate / step)
+            turned = quaternion.product(turned, quaternion.exponential(weight * vector))
+        return total
+
     def _span(self, time):
         """The key before `time`, the fraction u of the span to the next one, and that span's length."""
         first, last = self.times[0], self.times[-1]
@@ -233,14 +265,17 @@ class Keyframes(Generic[Value]):
         turn = self._turns[k]
         if self.interpolation == "linear":
             return quaternion.product(start, quaternion.exponential(u * turn))
-        first, last = (quaternion.exponential(-slope * step / 3) for slope in self._slopes(k, self._turns))
-        between = quaternion.product(quaternion.product(first, quaternion.exponential(turn)), last)
-        first, last = quaternion.logarithm(quaternion.inverse(first)), quaternion.logarithm(quaternion.inverse(last))
-        parts = ((1 - (1 - u) ** 3, first), (u * u * (3 - 2 * u), quaternion.logarithm(between)), (u**3, last))
         result = start
-        for weight, vector in parts:
+        for weight, vector in self._bezier(k, u, step):
             result = quaternion.product(result, quaternion.exponential(weight * vector))
         return result
+
+    def _bezier(self, k, u, step):
+        """Weights at the fraction u of a span, and rotation vectors, of the three turns from the key k on."""
+        first, last = (quaternion.exponential(-slope * step / 3) for slope in self._slopes(k, self._turns))
+        between = quaternion.product(quaternion.product(first, quaternion.exponential(self._turns[k])), last)
+        first, last = quaternion.logarithm(quaternion.inverse(first)), quaternion.logarithm(quaternion.inverse(last))
+        return (1 - (1 - u) ** 3, first), (u * u * (3 - 2 * u), quaternion.logarithm(between)), (u**3, last)
 
     def _slopes(self, k, changes):
         """Catmull-Rom tangents at the keys k and k + 1; `changes`: from each key to the next."""

@@ -78,6 +78,7 @@ CALLS = {
         interpolation="cubic",
         loop=True,
     ),
+    "Keyframes.rates": call(lambda: fs.Keyframes([0, 1], [0, 1]).rates, time=0.5),
     "Keyframes.__call__": call(lambda: fs.Keyframes([0, 1], [0, 1]), time=0.5),
     "Marble": call(lambda: fs.Marble, **WOOLLY),
     "Material": call(

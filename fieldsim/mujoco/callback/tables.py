@@ -1,6 +1,7 @@
 """What the callback works on: plain arrays, the same for its native and its Python form."""
 
 import dataclasses
+import functools
 import typing
 from collections.abc import Callable, Sequence
 
@@ -11,19 +12,17 @@ from fieldsim.dynamics.refusals import refuse
 from fieldsim.errors import InputError
 from fieldsim.mujoco.callback.field_callbacks import LENGTHS, sum_of
 from fieldsim.mujoco.callback.rows import AXIS, CENTER, MOTION, PHASE, RATE, SHIFT, SPINS, TURN
-from fieldsim.numerics import quaternion
 from fieldsim.potentials.elements import Elements, concatenate
 from fieldsim.potentials.field import Field
+from fieldsim.sources.elements import elements_of
 from fieldsim.sources.margins import with_reach
+from fieldsim.sources.surface_velocity import twist_rate
 from fieldsim.world.body import Body
 from fieldsim.world.motion import Pose, Spin, pose_at
 from fieldsim.world.world import World
 
 # What a user gives as sources: one or several.
 SourcesLike: typing.TypeAlias = Field | Body | World | Sequence[Field | Body | World]
-
-# Half the time over which the velocity of a surface is measured that only Python can move (friction asks for it).
-TWIST_STEP = 1e-5
 
 
 class Source(typing.NamedTuple):
@@ -111,17 +110,6 @@ class _Part:
         local, pose = self.elements(time), pose_at(self.motion, time)
         return local.placed(pose.matrix, pose.position)
 
-    def twist(self, time):
-        """Angular velocity, and velocity of what is at the world's origin, (6,), by a central difference in time."""
-        if not callable(self.motion):
-            return np.zeros(6)
-        before, after = (pose_at(self.motion, time + side * TWIST_STEP) for side in (-1, 1))
-        turn = quaternion.product(after.rotation, quaternion.inverse(np.array(before.rotation)))
-        omega = quaternion.logarithm(turn) / (2 * TWIST_STEP)
-        middle = 0.5 * (np.array(after.position) + before.position)
-        velocity = (np.array(after.position) - before.position) / (2 * TWIST_STEP)
-        return np.concatenate([omega, velocity - np.cross(omega, middle)])
-
 
 class Table:
     """The sources in one role ("gravity" or "surface"), as arrays that stay where they are.
@@ -178,7 +166,7 @@ class Table:
                     f"({count}); give one that keeps them, such as with strengths that go to 0"
                 )
             self.arrays.rows[first : first + count] = self._bounded(placed.rows, placed.kinds)
-            motion[TURN.start : SHIFT.stop] = part.twist(time)
+            motion[TURN.start : SHIFT.stop] = twist_rate(part.motion, time)
         self._time = time
 
 
@@ -190,8 +178,7 @@ def _part(source, role):
         return _Part(lambda time: source.at(time).elements, pose_at((0, 0, 0), 0.0), source.animated)
     if (source.gravity if role == "gravity" else source.surface) is None:
         return None
-    elements = source.gravity_elements if role == "gravity" else source.surface_elements
-    return _Part(elements, source.motion, source.deforming)
+    return _Part(functools.partial(elements_of, source, role), source.motion, source.deforming)
 
 
 def _groups(chunks, spinning, first):
@@ -204,8 +191,7 @@ def _groups(chunks, spinning, first):
         spin = part.motion
         motion[AXIS], motion[CENTER] = spin.axis, spin.center
         motion[RATE], motion[PHASE] = spin.rate, spin.phase
-        motion[TURN] = spin.rate * np.array(spin.axis)
-        motion[SHIFT] = -np.cross(motion[TURN], spin.center)
+        motion[TURN.start : SHIFT.stop] = twist_rate(spin, 0.0)
     return groups, motions
 
 

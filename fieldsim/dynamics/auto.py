@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import warnings
 from typing import TypeAlias
 
 from fieldsim import validate
@@ -33,7 +34,7 @@ from fieldsim.dynamics.trials import (
     scouted,
     worst,
 )
-from fieldsim.errors import FieldsimError, InputError
+from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
 
 # An evaluation with the Hessian takes about so many times one without.
 HESSIAN_COST = 1.5
@@ -156,6 +157,13 @@ def choose(auto: Auto, world, time: float, simulate) -> Choice:
     Raises FieldsimError where none meets the tolerance.
     """
     return quietly(_Search(auto, world, time, simulate).choice)
+
+
+def warn_of_caveat(choice: Choice) -> None:
+    """Warn the user who makes a simulation of what is not vouched for."""
+    if choice.caveat:
+        advice = "give a longer Auto(span=...), or follow the run with fs.EnergyLog"
+        warnings.warn(f"{choice}; {advice}", FieldsimWarning, stacklevel=3)
 
 
 class _Search:

@@ -1,10 +1,24 @@
 """What a manoeuvre gives: rows of particles, the motion of a free body (see `Simulation.set_particles`, `set_body`)."""
 
+import warnings
+
 import numpy as np
+import warp as wp
 
 from fieldsim import validate
+from fieldsim.dynamics.contact.particle_state import MOVING, ContactParticles
 from fieldsim.dynamics.refusals import body_name
-from fieldsim.errors import InputError
+from fieldsim.dynamics.state import State, renew
+from fieldsim.errors import FieldsimWarning, InputError
+
+
+def rows_of_set(who: str, sizes, index) -> slice:
+    """Where the particles of the set `index` are among those of all sets, which have so many each."""
+    if not sizes:
+        raise InputError(f"{who}: its world has no particles; give it some, world.add_particles(...)")
+    index = validate.whole(who, "index", index, at_least=0, at_most=len(sizes) - 1)
+    end = sum(sizes[: index + 1])
+    return slice(end - sizes[index], end)
 
 
 def rows_given(who: str, now: dict, rows: slice, given: dict) -> tuple[dict, np.ndarray]:
@@ -32,6 +46,25 @@ def motion_given(who: str, *, position, rotation, velocity, angular_velocity) ->
     if not given:
         raise InputError(f"{who}: nothing is given; give position=, rotation=, velocity= or angular_velocity=")
     return given
+
+
+def restart(state: State, particles: ContactParticles, changed: np.ndarray, fresh: State, spins: np.ndarray) -> None:
+    """Let the particles `changed` (N,) start anew as in `fresh`, moving, with the given spins (N, 3)."""
+    renew(State, state, fresh, changed)
+    device, anew = fresh.x.device, ContactParticles()
+    anew.spins = wp.array(spins, dtype=wp.vec3d, device=device)
+    anew.states = wp.full(len(fresh.x), MOVING, dtype=wp.int32, device=device)
+    renew(ContactParticles, particles, anew, changed, ("spins", "states"))
+
+
+def warn_of_choice(integrator) -> None:
+    """Warn the user of a manoeuvre that `Auto` did not foresee it."""
+    warnings.warn(
+        f"Simulation: {integrator} was chosen for the motion as it started, not for what a manoeuvre makes of it; make "
+        "another Simulation from here to have it chosen anew, or give an integrator",
+        FieldsimWarning,
+        stacklevel=5,
+    )
 
 
 def free_index(who: str, world, index) -> int:

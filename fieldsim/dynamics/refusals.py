@@ -98,6 +98,16 @@ def refuse_mixture(owner: str, world) -> None:
         refuse(owner, "pull", world)
 
 
+def refuse_other_matter(owner: str, before, now) -> None:
+    """Raise InputError where a world `now` has not the bodies, particles and escape radius of the one `before`."""
+    was, has = ((*world.bodies, *world.particles) for world in (before, now))
+    if before.escape_radius != now.escape_radius or list(map(id, was)) != list(map(id, has)):
+        raise InputError(
+            f"{owner}: its world has been given or has lost bodies or particles, or its escape_radius has changed, "
+            f"since the {owner} was made; make another {owner} of it"
+        )
+
+
 def body_name(index: int, body) -> str:
     """A body as it stands in a message."""
     return f"Body {index}" + (f" ({body.name})" if body.name else "")

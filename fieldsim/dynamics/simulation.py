@@ -3,31 +3,36 @@
 import contextlib
 import functools
 import math
-import warnings
 from collections.abc import Iterator
 
 import numpy as np
 import warp as wp
 
 from fieldsim import validate
-from fieldsim.arrays import kept
 from fieldsim.copies import Uncopied
-from fieldsim.dynamics.auto import Auto, Choice, choose, integrator_of
+from fieldsim.dynamics.auto import Auto, Choice, choose, integrator_of, warn_of_caveat
 from fieldsim.dynamics.bare_sources import refuse_particles_on_sources
 from fieldsim.dynamics.contact.events import Events, contact_particles, events_of
-from fieldsim.dynamics.contact.particle_state import MOVING, WRITTEN, ContactParticles
+from fieldsim.dynamics.contact.particle_state import WRITTEN
 from fieldsim.dynamics.contact.release import released
-from fieldsim.dynamics.contact.surfaces import Surfaces
+from fieldsim.dynamics.contact.surfaces import surfaces_touched
 from fieldsim.dynamics.integrators.splittings import moments
-from fieldsim.dynamics.manoeuvres import free_index, motion_given, rows_given
+from fieldsim.dynamics.manoeuvres import free_index, motion_given, restart, rows_given, rows_of_set, warn_of_choice
 from fieldsim.dynamics.radau.radau import Radau, RadauRun
-from fieldsim.dynamics.refusals import refuse_method, refuse_mixture
+from fieldsim.dynamics.refusals import refuse_method, refuse_mixture, refuse_other_matter
 from fieldsim.dynamics.rigid.bodies import FreeBodies
 from fieldsim.dynamics.rigid.diagnostics import Wrenches, wrenches
 from fieldsim.dynamics.splitting.kernels import LANES, contact_kernel, method_of, splitting_kernel
 from fieldsim.dynamics.splitting.mutual_gravity import MutualGravity
-from fieldsim.dynamics.state import State, refuse_nonsense, renew, restored_if_broken_off, state_of
-from fieldsim.errors import FieldsimWarning, InputError
+from fieldsim.dynamics.state import (
+    State,
+    refuse_nonsense,
+    restored_if_broken_off,
+    split_by_sets,
+    state_of,
+    state_of_sets,
+)
+from fieldsim.errors import InputError
 from fieldsim.launch import checked_threads, device_named, launch
 from fieldsim.sources.elements import Sources
 from fieldsim.sources.field import field_and_gradient
@@ -36,8 +41,6 @@ from fieldsim.world.contact import Status
 from fieldsim.world.snapshot import Snapshot
 from fieldsim.world.world import given_world
 
-# Events in the log of all particles at most: some gigabytes.
-MOST_EVENTS = 50_000_000
 # A launch spans at most so many steps, and so many particle-steps and moving elements.
 LAUNCH_STEPS = 256
 LAUNCH_WORK = 2_000_000
@@ -76,16 +79,12 @@ class Simulation(Uncopied):
         self._gravity = Sources(world, "gravity", self.time, self._free.poses)
         self._mutual = MutualGravity(world, self.device, threads)
         self._sizes = [len(particles) for particles in world.particles]
-        positions, velocities = ([getattr(p, name) for p in world.particles] for name in ("positions", "velocities"))
-        self._state = state_of(
-            *(np.concatenate([np.zeros((0, 3)), *sets]) for sets in (positions, velocities)), self.device
-        )
-        self._surfaces = self._surfaces_of(world)
+        self._state = state_of_sets(world.particles, self.device)
+        self._surfaces = surfaces_touched(world, self.time, self._free.poses)
         grain = self._surfaces.grain if self._surfaces else math.inf
         # Whether anything can happen to a particle but free motion.
         self._eventful = bool(self._surfaces) or world.escape_radius is not None
         kept = log if self._eventful else 0
-        validate.bounded("Simulation", "events in its log", kept * self._count, MOST_EVENTS, "give a smaller log")
         self._balls = contact_particles(world.particles, world.escape_radius, grain, kept, self.device)
         self._state.x = self._released(self._state.x)
         refuse_particles_on_sources(world, world.at(self.time).poses, self.time, self.positions)
@@ -93,9 +92,7 @@ class Simulation(Uncopied):
             options = {"time": self.time, "device": device, "threads": threads}
             self.choice = choose(self.integrator, world, self.time, functools.partial(Simulation, **options))
             self.integrator = self.choice.integrator
-            if self.choice.caveat:
-                advice = "give a longer Auto(span=...), or follow the run with fs.EnergyLog"
-                warnings.warn(f"{self.choice}; {advice}", FieldsimWarning, stacklevel=2)
+            warn_of_caveat(self.choice)
         refuse_method("Simulation", self.integrator, world)
         self._method = self.integrator
         self.radau = None
@@ -110,20 +107,13 @@ class Simulation(Uncopied):
         """Number of particles."""
         return len(self._state.x)
 
-    def _surfaces_of(self, world):
-        """The surfaces that particles may touch, or None."""
-        touching = any(particles.contact for particles in world.particles)
-        return Surfaces(world, self.time, self._free.poses) if touching else None
-
     def _released(self, x, which=True):
         """Positions x (N,) with those of the particles `which` that lie inside a surface moved out, with a warning."""
         return released(self._surfaces, self._balls, x, self.time, which, threads=self.threads)
 
     def _sets(self, array):
         """Copies on the host to read only, one (N, 3) array per set of particles."""
-        ends = np.cumsum(self._sizes)
-        rows = array.numpy()
-        return tuple(kept(rows[end - size : end]) for end, size in zip(ends, self._sizes, strict=True))
+        return split_by_sets(array, self._sizes)
 
     @property
     def positions(self) -> tuple[np.ndarray, ...]:
@@ -146,16 +136,10 @@ class Simulation(Uncopied):
             raise InputError(
                 f"Simulation: its integrator was {self._method} and is now {self.integrator!r}; make another Simulation"
             )
-        now, start = self._given.frozen(), self.world
-        if now is start:
-            return
-        parts = [(*world.bodies, *world.particles) for world in (now, start)]
-        if now.escape_radius != start.escape_radius or list(map(id, parts[0])) != list(map(id, parts[1])):
-            raise InputError(
-                "Simulation: its world has been given or has lost bodies or particles, or its escape_radius has "
-                "changed, since the Simulation was made; make another Simulation of it"
-            )
-        self.world = now  # which differs in what is only seen
+        now = self._given.frozen()
+        if now is not self.world:
+            refuse_other_matter("Simulation", self.world, now)
+            self.world = now  # which differs in what is only seen
 
     def advance(self, until: float) -> None:
         """Run to the time `until` in equal steps, at most the integrator's dt long, the last landing on it exactly.
@@ -266,11 +250,7 @@ class Simulation(Uncopied):
         """
         who = "Simulation.set_particles"
         self._refuse_changes()
-        if not self._sizes:
-            raise InputError(f"{who}: its world has no particles; give it some, world.add_particles(...)")
-        index = validate.whole(who, "index", index, at_least=0, at_most=len(self._sizes) - 1)
-        end = sum(self._sizes[: index + 1])
-        rows = slice(end - self._sizes[index], end)
+        rows = rows_of_set(who, self._sizes, index)
         now = {"positions": self._state.x, "velocities": self._state.v, "spins": self._balls.spins}
         given = {"positions": positions, "velocities": velocities, "spins": spins}
         arrays, changed = rows_given(who, now, rows, given)
@@ -314,11 +294,7 @@ class Simulation(Uncopied):
         """Let the particles `changed` (N,) start anew from here; arrays (N, 3) of all."""
         fresh = state_of(positions, velocities, self.device)
         fresh.a = self._pull(fresh.x)
-        renew(State, self._state, fresh, changed)
-        balls = ContactParticles()
-        balls.spins = wp.array(spins, dtype=wp.vec3d, device=self.device)
-        balls.states = wp.full(self._count, MOVING, dtype=wp.int32, device=self.device)
-        renew(ContactParticles, self._balls, balls, changed, ("spins", "states"))
+        restart(self._state, self._balls, changed, fresh, spins)
         if self.radau:
             self.radau.restart(changed, fresh.x, fresh.v, self.time)
 
@@ -341,12 +317,7 @@ class Simulation(Uncopied):
         for ledger, measured in zip(self._ledgers, before, strict=True):
             ledger.manoeuvred(measured)
         if self.choice and not self.radau:
-            warnings.warn(
-                f"Simulation: {self.integrator} was chosen for the motion as it started, not for what a manoeuvre "
-                "makes of it; make another Simulation from here to have it chosen anew, or give an integrator",
-                FieldsimWarning,
-                stacklevel=4,
-            )
+            warn_of_choice(self.integrator)
 
     def account(self, ledger) -> None:
         """Call `ledger.manoeuvred(ledger.measured())`, the latter ahead of each manoeuvre and the former after it."""

@@ -7,6 +7,7 @@ import numpy as np
 import warp as wp
 
 from fieldsim import validate
+from fieldsim.arrays import kept
 from fieldsim.errors import FieldsimError
 from fieldsim.numerics.running_sums import added
 
@@ -34,6 +35,20 @@ def state_of(positions, velocities, device) -> State:
     for name in ("x_rest", "v_rest", "a"):
         setattr(state, name, wp.zeros(len(positions), dtype=wp.vec3d, device=device))
     return state
+
+
+def state_of_sets(sets, device) -> State:
+    """The `State` of the particles of all sets, as they start."""
+    nothing = np.zeros((0, 3))
+    positions, velocities = ([getattr(p, name) for p in sets] for name in ("positions", "velocities"))
+    return state_of(np.concatenate([nothing, *positions]), np.concatenate([nothing, *velocities]), device)
+
+
+def split_by_sets(array: wp.array, sizes) -> tuple[np.ndarray, ...]:
+    """Rows of all particles as copies on the host to read only, one array for each set of so many particles."""
+    ends = np.cumsum(sizes)
+    rows = array.numpy()
+    return tuple(kept(rows[end - size : end]) for end, size in zip(ends, sizes, strict=True))
 
 
 def renew(kind, table, fresh, which, names=None) -> None:

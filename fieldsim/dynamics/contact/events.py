@@ -6,6 +6,7 @@ import math
 import numpy as np
 import warp as wp
 
+from fieldsim import validate
 from fieldsim.arrays import read_only
 from fieldsim.dynamics.contact.particle_state import ABSORB, BOUNCE, KINDS, NOTHING, REPULSION, ContactParticles
 from fieldsim.world.contact import Absorb, Bounce, Repulsion
@@ -36,10 +37,15 @@ class Events:
         return len(self.times)
 
 
+# Events in the log of all particles at most: some gigabytes.
+MOST_EVENTS = 50_000_000
+
+
 def contact_particles(sets, escape_radius: float | None, grain: float, kept: int, device) -> ContactParticles:
     """The particles of all sets for kernels, all in the state MOVING; the log keeps `kept` events of each."""
     counts = [len(particles) for particles in sets]
     total = sum(counts)
+    validate.bounded("Simulation", "events in its log", kept * total, MOST_EVENTS, "give a smaller log")
     balls = ContactParticles()
 
     def column(dtype, value):

@@ -15,6 +15,12 @@ from fieldsim.sources.stages import Stages, tables, upload
 from fieldsim.sources.surface_velocity import twists
 
 
+def surfaces_touched(world, time: float, free=None) -> "Surfaces | None":
+    """The surfaces that particles of the world may touch, or None."""
+    touching = any(particles.contact for particles in world.particles)
+    return Surfaces(world, time, free) if touching else None
+
+
 class Surfaces:
     """The collidable surfaces of a world. grain: length over which the field of the thinnest varies little."""
 

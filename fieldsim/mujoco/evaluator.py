@@ -5,7 +5,7 @@ import numpy as np
 
 from fieldsim.mujoco.callback import memory
 from fieldsim.mujoco.callback.generalised_forces import actor
-from fieldsim.mujoco.callback.tables import Plan, Table
+from fieldsim.mujoco.callback.tables import Plan, SourceTable
 
 NOTHING = np.empty((0, 8))
 NO_HEAD = np.empty((0, 3), dtype=np.int64)
@@ -14,7 +14,7 @@ NO_HEAD = np.empty((0, 3), dtype=np.int64)
 class Evaluator:
     """Adds forces of plans in fields of these tables; head: what native code knows the present plan by."""
 
-    def __init__(self, accuracy: str, touching: bool, native: bool, gravity: Table, surface: Table):
+    def __init__(self, accuracy: str, touching: bool, native: bool, gravity: SourceTable, surface: SourceTable):
         self.gravity, self.surface = gravity, surface
         self._act = actor(accuracy, touching, native)
         self._function = memory.acting(accuracy, touching) if native else None

@@ -19,7 +19,7 @@ from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.mujoco import checks, notices, sensors
 from fieldsim.mujoco.callback import entries, layout, memory, ownership
 from fieldsim.mujoco.callback.field_callbacks import LENGTHS
-from fieldsim.mujoco.callback.tables import SourcesLike, Table, given_sources, sources_of
+from fieldsim.mujoco.callback.tables import SourcesLike, SourceTable, given_sources, sources_of
 from fieldsim.mujoco.contact.geoms import Contact, warn_of_untouched
 from fieldsim.mujoco.energy import ModelEnergy, copy_state, own_energies, subtree_wrenches
 from fieldsim.mujoco.evaluator import Evaluator
@@ -109,8 +109,8 @@ class FieldForces(Uncopied):
         checks.timestep(model, backwards=contact is None)
         checks.state(data)
         needs = "jet" if accuracy == "torque" else "field"
-        self._gravity = Table(self.sources, "gravity", data.time, (needs,), native)
-        self._surface = Table(self.sources if contact else (), "surface", data.time, LENGTHS, native)
+        self._gravity = SourceTable(self.sources, "gravity", data.time, (needs,), native)
+        self._surface = SourceTable(self.sources if contact else (), "surface", data.time, LENGTHS, native)
         checks.something_acts(self._gravity, self._surface, contact is not None)
         self._own_gravity = self._failure = None
         # Guards what one evaluation at a time may use: sources that Python moves, tables, and room to work in.

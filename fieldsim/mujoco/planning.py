@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 
 from fieldsim.mujoco import checks
-from fieldsim.mujoco.callback.tables import Plan, Table
+from fieldsim.mujoco.callback.tables import Plan, SourceTable
 from fieldsim.mujoco.contact.geoms import Contact, body_balls, slope_of
 from fieldsim.mujoco.contact.rows import BALL, CENTER, RADIUS
 from fieldsim.mujoco.points import SIX, geom_points
@@ -17,8 +17,8 @@ def plan_of(
     accuracy: str,
     contact: Contact | None,
     materials: list[Material],
-    gravity: Table,
-    surface: Table,
+    gravity: SourceTable,
+    surface: SourceTable,
     *,
     weighing: bool,
 ) -> Plan:

@@ -13,7 +13,7 @@ from fieldsim.render.scene import bounds
 from fieldsim.render.scene.candidates import TILE, Candidates, View, candidates, capsules
 from fieldsim.render.scene.hits import Balls, Lights
 from fieldsim.render.scene.intervals import CAMERA
-from fieldsim.render.scene.tables import Scene
+from fieldsim.render.scene.tables import SceneTables
 from fieldsim.render.shading import packet_shadows
 from fieldsim.render.shading.fog import fog_of
 from fieldsim.render.shading.lights import lights_of
@@ -60,7 +60,7 @@ class SurfaceElements:
 
     surface: Surface
     bounded: bounds.Bounded
-    scene: Scene
+    scene: SceneTables
     lists: Candidates
     packet_kind: str
     packet: "gaussian_elements.GaussianElements | None"
@@ -213,8 +213,8 @@ def _id(bvh):
     return wp.uint64(0) if bvh is None else bvh.id
 
 
-def _scene(bounded, surface, perspective, tolerance, device) -> Scene:
-    scene = Scene()
+def _scene(bounded, surface, perspective, tolerance, device) -> SceneTables:
+    scene = SceneTables()
     scene.pixel = perspective.view.pixel
     scene.rows = wp.array(bounded.rows, dtype=float, ndim=2, device=device)
     scene.kinds = wp.array(bounded.kinds, dtype=int, device=device)

@@ -13,7 +13,7 @@ from fieldsim import launch
 from fieldsim.filming.comparing import compare, compare_depths
 from fieldsim.potentials.elements import pack
 from fieldsim.render.scene.intervals import insert
-from fieldsim.render.scene.tables import Scene
+from fieldsim.render.scene.tables import SceneTables
 from fieldsim.render.scene.volumes import pierce_sphere
 from fieldsim.render.solvers import laguerre
 from fieldsim.render.solvers.referee import Referee
@@ -28,7 +28,7 @@ def _rays_kernel(first_hit, kinds):
     @wp.kernel(module="unique", enable_backward=False)
     def trace(
         start: int,
-        scene: Scene,
+        scene: SceneTables,
         eye: wp.vec3,
         directions: wp.array(dtype=wp.vec3),
         found: wp.array(dtype=float),
@@ -57,7 +57,7 @@ def test_laguerre_solves_polynomial_kernels_exactly():
     directions = np.array((-1.2, 3.4, -1.6)) + rng.uniform(-0.9, 0.9, (1500, 3))
     directions = (directions / np.linalg.norm(directions, axis=1, keepdims=True)).astype(np.float32)
     expected, _ = Referee(elements).first_hits(CAMERA.eye, directions)
-    scene = Scene()
+    scene = SceneTables()
     scene.rows = wp.array(elements.rows, dtype=float, ndim=2, device="cpu")
     scene.kinds = wp.array(elements.kinds, dtype=int, device="cpu")
     found = wp.full(1500, np.nan, dtype=float, device="cpu")

@@ -111,7 +111,7 @@ class _Part:
         return local.placed(pose.matrix, pose.position)
 
 
-class Table:
+class SourceTable:
     """The sources in one role ("gravity" or "surface"), as arrays that stay where they are.
 
     needs: which sums are asked for. `at(time)` brings the rows of those that only Python can move up to date, in place.

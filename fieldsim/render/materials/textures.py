@@ -26,7 +26,7 @@ from fieldsim.render.materials.table import (
     triple,
 )
 from fieldsim.render.scene.rows import first_of, normal_of, point_of
-from fieldsim.render.scene.tables import Scene
+from fieldsim.render.scene.tables import SceneTables
 from fieldsim.world import texture
 
 OCTAVES = 4
@@ -151,7 +151,7 @@ def beside(n: wp.vec3):
 
 
 @wp.func
-def on_element(scene: Scene, m: int, j: int, here: wp.vec3):
+def on_element(scene: SceneTables, m: int, j: int, here: wp.vec3):
     """(spot, ends) on element j of material m at a place; lengths are in the world's units."""
     turn = scene.turns[m]
     p = turn * (here - point_of(scene.rows, j))
@@ -178,7 +178,7 @@ def on_element(scene: Scene, m: int, j: int, here: wp.vec3):
 
 
 @wp.func
-def color_at(scene: Scene, m: int, j: int, here: wp.vec3):
+def color_at(scene: SceneTables, m: int, j: int, here: wp.vec3):
     """Linear colour of material m on element j at a place, relative to the eye."""
     from_eye = scene.turns[m] * here
     if is_picture(scene.materials, m):

@@ -41,8 +41,9 @@ class Hits:
     material, from BALLS on a particle, from SOLIDS on a hard shape; color: linear; light: factors of ambient, diffuse
     and specular light, and the shininess; lift: how far above the hit shadow rays start; blocked (samples, lights): 1
     where a hard shape hides a light, empty without any; origin: where rays start, empty for those from the eye; optics:
-    see `Scene`, with 1 in the last place if the ray was inside; empty if nothing reflects or transmits.
-    For layers alone: work (samples, 2): see `tables.Scene`; weights (samples, materials): the materials' fields there.
+    see `SceneTables`, with 1 in the last place if the ray was inside; empty if nothing reflects or transmits.
+    For layers alone: work (samples, 2): see `tables.SceneTables`; weights (samples, materials): the materials' fields
+    there.
     """
 
     direction: wp.array(dtype=wp.vec3)

@@ -6,7 +6,7 @@ import warp as wp
 
 from fieldsim.render.scene.hits import Balls
 from fieldsim.render.scene.rows import point_of
-from fieldsim.render.scene.tables import FOREVER, Scene
+from fieldsim.render.scene.tables import FOREVER, SceneTables
 from fieldsim.render.scene.volumes import pierce, pierce_sphere
 from fieldsim.world.material import RAYS
 
@@ -17,7 +17,7 @@ BLOCKED = wp.constant(-2)  # one element alone exceeds the level
 
 @wp.func
 def collect_intervals(
-    scene: Scene,
+    scene: SceneTables,
     tree: wp.uint64,
     o: wp.vec3,
     d: wp.vec3,

@@ -9,7 +9,7 @@ FOREVER = wp.constant(1.0e30)
 
 
 @wp.struct
-class Scene:
+class SceneTables:
     """Elements relative to the eye; see `bounds.Bounded`.
 
     exact: the rows in float64; tolerance: of the field, relative to its level.

@@ -10,7 +10,7 @@ import warp as wp
 
 from fieldsim.render.scene.hits import Balls, Hits, Lights, above, behind_shape, towards
 from fieldsim.render.scene.intervals import BLOCKED, FULL, SHADOW, collect_intervals
-from fieldsim.render.scene.tables import Scene
+from fieldsim.render.scene.tables import SceneTables
 from fieldsim.render.scene.volumes import pierce_sphere
 from fieldsim.render.shading.sky import Sky, background
 from fieldsim.render.solids.overlay import Shapes
@@ -85,7 +85,7 @@ def kernel_around(shade, in_scratch):
         @wp.kernel(module="unique", enable_backward=False)
         def shade_in_scratch(
             start: int,
-            scene: Scene,
+            scene: SceneTables,
             tree: wp.uint64,
             balls: Balls,
             shapes: Shapes,
@@ -108,7 +108,7 @@ def kernel_around(shade, in_scratch):
     @wp.kernel(module="unique", enable_backward=False)
     def shade_hits(
         start: int,
-        scene: Scene,
+        scene: SceneTables,
         tree: wp.uint64,
         balls: Balls,
         shapes: Shapes,
@@ -134,7 +134,7 @@ def shade_kernel(kinds_used, in_scratch=False):
 
     @wp.func
     def surface_shadow(
-        scene: Scene,
+        scene: SceneTables,
         tree: wp.uint64,
         o: wp.vec3,
         d: wp.vec3,
@@ -156,7 +156,7 @@ def shade_kernel(kinds_used, in_scratch=False):
     @wp.func
     def shade(
         i: int,
-        scene: Scene,
+        scene: SceneTables,
         tree: wp.uint64,
         balls: Balls,
         _shapes: Shapes,

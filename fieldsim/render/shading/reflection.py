@@ -13,7 +13,7 @@ import warp as wp
 
 from fieldsim.render.scene.hits import Balls, Hits, above, origin_of
 from fieldsim.render.scene.intervals import FULL, REFLECTED, ball_ahead, collect_intervals
-from fieldsim.render.scene.tables import NO_HIT, Scene
+from fieldsim.render.scene.tables import NO_HIT, SceneTables
 from fieldsim.render.solvers import hermite
 from fieldsim.render.solvers.primary import OVERFLOW, recorder
 
@@ -142,7 +142,7 @@ def ray_kernel(kinds_used, in_scratch=False):
     def trace(
         i: int,
         ray: int,
-        scene: Scene,
+        scene: SceneTables,
         tree: wp.uint64,
         balls: Balls,
         hits: Hits,
@@ -169,7 +169,7 @@ def ray_kernel(kinds_used, in_scratch=False):
         def trace_in_scratch(
             start: int,
             ray: int,
-            scene: Scene,
+            scene: SceneTables,
             tree: wp.uint64,
             balls: Balls,
             which: wp.array(dtype=int),
@@ -184,7 +184,7 @@ def ray_kernel(kinds_used, in_scratch=False):
         return trace_in_scratch
 
     @wp.kernel(module="unique", enable_backward=False)
-    def trace_rays(start: int, ray: int, scene: Scene, tree: wp.uint64, balls: Balls, hits: Hits):
+    def trace_rays(start: int, ray: int, scene: SceneTables, tree: wp.uint64, balls: Balls, hits: Hits):
         i = start + wp.tid()
         ids = wp.zeros(shape=_ROOM, dtype=int)
         t0s = wp.zeros(shape=_ROOM, dtype=float)

@@ -15,7 +15,7 @@ from fieldsim.potentials import registry
 from fieldsim.render.materials.textures import color_at
 from fieldsim.render.scene.hits import Balls, Hits, Lights, above, towards
 from fieldsim.render.scene.intervals import FULL, SHADOW, collect_intervals
-from fieldsim.render.scene.tables import Scene
+from fieldsim.render.scene.tables import SceneTables
 from fieldsim.render.shading.lights import ball_shadow, kernel_around, lit, unlit
 from fieldsim.render.shading.sky import Sky
 from fieldsim.render.solids.overlay import Shapes, shape_light
@@ -56,7 +56,7 @@ def shade_kernel(kinds_used, in_scratch=False):
     def let_in(
         p: wp.vec3,
         t: float,
-        scene: Scene,
+        scene: SceneTables,
         ids: wp.array(dtype=int),
         t1s: wp.array(dtype=float),
         count: int,
@@ -75,7 +75,7 @@ def shade_kernel(kinds_used, in_scratch=False):
 
     @wp.func
     def through(
-        scene: Scene,
+        scene: SceneTables,
         tree: wp.uint64,
         o: wp.vec3,
         d: wp.vec3,
@@ -111,7 +111,7 @@ def shade_kernel(kinds_used, in_scratch=False):
         p: wp.vec3,
         toward: wp.vec3,
         far: float,
-        scene: Scene,
+        scene: SceneTables,
         tree: wp.uint64,
         balls: Balls,
         shapes: Shapes,
@@ -133,7 +133,7 @@ def shade_kernel(kinds_used, in_scratch=False):
     @wp.func
     def shade(
         i: int,
-        scene: Scene,
+        scene: SceneTables,
         tree: wp.uint64,
         balls: Balls,
         shapes: Shapes,

@@ -30,7 +30,7 @@ from fieldsim.potentials import registry
 from fieldsim.potentials.primitives.base import Volume
 from fieldsim.potentials.row import KERNEL_WIDTH, NORMAL_X
 from fieldsim.render.scene import bounds
-from fieldsim.render.scene.tables import NO_HIT, Scene
+from fieldsim.render.scene.tables import NO_HIT, SceneTables
 
 CEILING = wp.constant(1.0e30)  # F is clamped to this, with slope 0: Blinn's exp(256) is beyond float32
 NOTHING = wp.constant(1.0e-30)  # F below this counts as 0
@@ -71,7 +71,7 @@ def _summit(g0: float, g1: float, drop: float):
 
 
 @wp.func
-def _steepness(scene: Scene, i: int, d: wp.vec3):
+def _steepness(scene: SceneTables, i: int, d: wp.vec3):
     """An element's bend along a ray relative to its greatest: a plane's field changes along its normal only."""
     if scene.shape[i] != _SLAB:
         return 1.0
@@ -99,7 +99,7 @@ def _nearness(kinds_used):
     if not _bends_by_distance(kinds_used):
 
         @wp.func
-        def nothing(scene: Scene, p: wp.vec3, d: wp.vec3, i: int):
+        def nothing(scene: SceneTables, p: wp.vec3, d: wp.vec3, i: int):
             return 0.0
 
         return nothing
@@ -109,7 +109,7 @@ def _nearness(kinds_used):
     softening_of = registry.by_kind(softenings).warp(wp.float32)
 
     @wp.func
-    def nearness(scene: Scene, p: wp.vec3, d: wp.vec3, i: int):
+    def nearness(scene: SceneTables, p: wp.vec3, d: wp.vec3, i: int):
         if scene.order[i] <= 0:
             return 0.0
         near = distance(p[0], p[1], p[2], scene.rows, scene.kinds, i)
@@ -121,7 +121,7 @@ def _nearness(kinds_used):
 
 
 @wp.func
-def _bends(bends: wp.vec2, scene: Scene, i: int, d: wp.vec3):
+def _bends(bends: wp.vec2, scene: SceneTables, i: int, d: wp.vec3):
     """(greatest bend, sum of squares of compact kernels' bends) with one more element."""
     bend = scene.bend[i] * _steepness(scene, i, d)
     if scene.order[i] == _ENDS:
@@ -142,12 +142,12 @@ def _leap(g: float, bend: float, nearness: float, stretch: float):
 
 
 @wp.func
-def _uncounted(scene: Scene, elements: int):
+def _uncounted(scene: SceneTables, elements: int):
     pass
 
 
 @wp.func
-def _counted(scene: Scene, elements: int):
+def _counted(scene: SceneTables, elements: int):
     scene.work[0] = scene.work[0] + 1
     scene.work[1] = scene.work[1] + elements
 
@@ -156,7 +156,7 @@ def _counted(scene: Scene, elements: int):
 def first_hit(kinds_used, counted=False):
     """The Warp function that sweeps a ray through sorted intervals, for the given formulas.
 
-    counted: it adds its evaluations to `Scene.work`.
+    counted: it adds its evaluations to `SceneTables.work`.
     """
     count_work = _counted if counted else _uncounted
     element = registry.element_field(kinds_used).warp(wp.float32)
@@ -165,7 +165,7 @@ def first_hit(kinds_used, counted=False):
 
     @wp.func
     def total(
-        scene: Scene,
+        scene: SceneTables,
         o: wp.vec3,
         d: wp.vec3,
         t: float,
@@ -195,7 +195,7 @@ def first_hit(kinds_used, counted=False):
 
     @wp.func
     def plan(
-        scene: Scene,
+        scene: SceneTables,
         d: wp.vec3,
         t: float,
         g: float,
@@ -231,7 +231,7 @@ def first_hit(kinds_used, counted=False):
 
     @wp.func
     def sweep(
-        scene: Scene,
+        scene: SceneTables,
         o: wp.vec3,
         d: wp.vec3,
         begin: float,

@@ -12,7 +12,7 @@ import warp as wp
 
 from fieldsim.numerics.roots import Polynomial, product
 from fieldsim.potentials import registry
-from fieldsim.render.scene.tables import Scene
+from fieldsim.render.scene.tables import SceneTables
 from fieldsim.render.solvers.hermite import CEILING
 from fieldsim.render.solvers.polynomials import polynomial_sweep
 
@@ -23,7 +23,7 @@ LENGTH = wp.constant(4.0)  # greatest length of a quartic, in kernel widths
 
 
 @wp.func
-def _part(scene: Scene, i: int, t: float, t0: float, t1: float):
+def _part(scene: SceneTables, i: int, t: float, t0: float, t1: float):
     """Start and length of the quartic that is valid from t on."""
     parts = wp.max(wp.ceil((t1 - t0) / (LENGTH * scene.width[i])), 1.0)
     length = (t1 - t0) / parts
@@ -32,7 +32,7 @@ def _part(scene: Scene, i: int, t: float, t0: float, t1: float):
 
 
 @wp.func
-def _last(scene: Scene, i: int, t: float, t0: float, t1: float):
+def _last(scene: SceneTables, i: int, t: float, t0: float, t1: float):
     start, length = _part(scene, i, t, t0, t1)
     return wp.min(start + length, t1)
 
@@ -43,13 +43,13 @@ def first_hit(kinds_used):
     element = registry.element_field(kinds_used).warp(wp.float32)
 
     @wp.func
-    def sample(scene: Scene, o: wp.vec3, d: wp.vec3, t: float, i: int):
+    def sample(scene: SceneTables, o: wp.vec3, d: wp.vec3, t: float, i: int):
         p = o + t * d
         f, _x, _y, _z = element(p[0], p[1], p[2], scene.rows, scene.kinds, i)
         return wp.float64(wp.clamp(f, -CEILING, CEILING))
 
     @wp.func
-    def piece(scene: Scene, o: wp.vec3, d: wp.vec3, begin: float, end: float, i: int, t0: float, t1: float):
+    def piece(scene: SceneTables, o: wp.vec3, d: wp.vec3, begin: float, end: float, i: int, t0: float, t1: float):
         start, length = _part(scene, i, begin, t0, t1)
         step = 0.25 * length
         middle = start + 0.5 * length

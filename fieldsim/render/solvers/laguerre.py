@@ -11,7 +11,7 @@ from fieldsim.potentials.kernels.polynomial import Polynomial as PolynomialKerne
 from fieldsim.potentials.primitives.point import Point
 from fieldsim.potentials.row import KERNEL_WIDTH, STRENGTH
 from fieldsim.render.scene.rows import point_of
-from fieldsim.render.scene.tables import Scene
+from fieldsim.render.scene.tables import SceneTables
 from fieldsim.render.solvers.polynomials import polynomial_sweep
 
 SQUARE = hole()
@@ -38,7 +38,7 @@ def first_hit(kinds_used):
     coefficients = registry.by_kind(bound).warp(wp.float32)
 
     @wp.func
-    def piece(scene: Scene, o: wp.vec3, d: wp.vec3, begin: float, end: float, i: int, t0: float, t1: float):
+    def piece(scene: SceneTables, o: wp.vec3, d: wp.vec3, begin: float, end: float, i: int, t0: float, t1: float):
         # w = 1 - r^2 / radius^2 is a parabola in u.
         from_center = o + begin * d - point_of(scene.rows, i)
         along = (end - begin) * d

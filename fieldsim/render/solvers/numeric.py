@@ -11,7 +11,7 @@ import functools
 import warp as wp
 
 from fieldsim.potentials import registry
-from fieldsim.render.scene.tables import NO_HIT, Scene
+from fieldsim.render.scene.tables import NO_HIT, SceneTables
 
 SAMPLES = wp.constant(6.0)  # per kernel width
 _HIGH = wp.constant(3.0)  # F - 1 is clamped to this: the steep inside would only slow regula falsi down
@@ -26,7 +26,7 @@ def first_hit(kinds_used):
 
     @wp.func
     def excess(
-        scene: Scene,
+        scene: SceneTables,
         o: wp.vec3,
         d: wp.vec3,
         t: float,
@@ -47,7 +47,7 @@ def first_hit(kinds_used):
 
     @wp.func
     def sweep(
-        scene: Scene,
+        scene: SceneTables,
         o: wp.vec3,
         d: wp.vec3,
         begin: float,

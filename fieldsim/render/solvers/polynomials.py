@@ -8,11 +8,11 @@ polynomials, one an element, of degree 6 at most, in u = 0..1 along the piece (N
 import warp as wp
 
 from fieldsim.numerics.roots import NOWHERE, Polynomial, first_rise
-from fieldsim.render.scene.tables import NO_HIT, Scene
+from fieldsim.render.scene.tables import NO_HIT, SceneTables
 
 
 @wp.func
-def polynomial_end(scene: Scene, i: int, t: float, t0: float, t1: float):
+def polynomial_end(scene: SceneTables, i: int, t: float, t0: float, t1: float):
     """Where the polynomial valid at t ends, if one polynomial holds on all of an element's interval t0..t1."""
     return t1
 
@@ -26,7 +26,7 @@ def polynomial_sweep(piece, last=polynomial_end):
 
     @wp.func
     def sweep(
-        scene: Scene,
+        scene: SceneTables,
         o: wp.vec3,
         d: wp.vec3,
         begin: float,

@@ -12,7 +12,7 @@ from fieldsim.render.materials.textures import color_at
 from fieldsim.render.scene.candidates import TILE, Candidates, View, exact_direction, ray_direction
 from fieldsim.render.scene.hits import BALLS, Balls, Hits, origin_of, write_rest
 from fieldsim.render.scene.intervals import insert, keep_after
-from fieldsim.render.scene.tables import FOREVER, NO_HIT, Scene
+from fieldsim.render.scene.tables import FOREVER, NO_HIT, SceneTables
 from fieldsim.render.scene.volumes import pierce, pierce_sphere
 from fieldsim.render.solvers import hermite
 
@@ -56,12 +56,12 @@ def record_ball(i: int, t: float, ball: int, balls: Balls, hits: Hits):
 
 
 @wp.func
-def _ray_alone(scene: Scene, hits: Hits, i: int):
+def _ray_alone(scene: SceneTables, hits: Hits, i: int):
     return scene
 
 
 @wp.func
-def _ray_counted(scene: Scene, hits: Hits, i: int):
+def _ray_counted(scene: SceneTables, hits: Hits, i: int):
     scene.work = hits.work[i]
     return scene
 
@@ -91,7 +91,7 @@ def recorder(kinds_used, layered=False, polish=0.01):
         found: float,
         side: float,
         d: wp.vec3d,
-        scene: Scene,
+        scene: SceneTables,
         hits: Hits,
         ids: wp.array(dtype=int),
         t1s: wp.array(dtype=float),
@@ -158,7 +158,7 @@ def recorder(kinds_used, layered=False, polish=0.01):
         side: float,
         far: float,
         ball: int,
-        scene: Scene,
+        scene: SceneTables,
         balls: Balls,
         hits: Hits,
         ids: wp.array(dtype=int),
@@ -195,7 +195,7 @@ def trace_kernel(kinds_used, in_scratch=False, layered=False, first_hit=hermite.
         d: wp.vec3,
         far: float,
         tile: int,
-        scene: Scene,
+        scene: SceneTables,
         lists: Candidates,
         ids: wp.array(dtype=int),
         t0s: wp.array(dtype=float),
@@ -241,7 +241,7 @@ def trace_kernel(kinds_used, in_scratch=False, layered=False, first_hit=hermite.
     def trace(
         i: int,
         view: View,
-        scene: Scene,
+        scene: SceneTables,
         lists: Candidates,
         balls: Balls,
         ball_lists: Candidates,
@@ -266,7 +266,7 @@ def trace_kernel(kinds_used, in_scratch=False, layered=False, first_hit=hermite.
         def trace_in_scratch(
             start: int,
             view: View,
-            scene: Scene,
+            scene: SceneTables,
             lists: Candidates,
             balls: Balls,
             ball_lists: Candidates,
@@ -287,7 +287,7 @@ def trace_kernel(kinds_used, in_scratch=False, layered=False, first_hit=hermite.
     def trace_samples(
         start: int,
         view: View,
-        scene: Scene,
+        scene: SceneTables,
         lists: Candidates,
         balls: Balls,
         ball_lists: Candidates,

@@ -23,7 +23,7 @@ from fieldsim.potentials.row import POSITIONS, SIZE, STRENGTH
 from fieldsim.render.materials.table import factors
 from fieldsim.render.materials.textures import color_at
 from fieldsim.render.scene.hits import Hits, origin_of, write_rest
-from fieldsim.render.scene.tables import Scene
+from fieldsim.render.scene.tables import SceneTables
 
 TOLERANCE = wp.constant(wp.float64(1e-12))  # of the level
 NOTHING = wp.constant(wp.float64(1e-18))  # of the level: elements that contribute less are left out
@@ -148,8 +148,8 @@ def march_kernel(kinds_used):
 
 
 @wp.struct
-class _Scene:
-    """Elements in the world's frame, in float64; see `tables.Scene`."""
+class _RefereeTables:
+    """Elements in the world's frame, in float64; see `tables.SceneTables`."""
 
     rows: wp.array2d(dtype=wp.float64)
     kinds: wp.array(dtype=int)
@@ -163,8 +163,8 @@ def describe_kernel(kinds_used):
     @wp.kernel(module="unique", enable_backward=False)
     def describe(
         start: int,
-        scene: _Scene,
-        seen: Scene,
+        scene: _RefereeTables,
+        seen: SceneTables,
         points: wp.array(dtype=wp.vec3d),
         depths: wp.array(dtype=wp.float64),
         normals: wp.array(dtype=wp.vec3),
@@ -263,7 +263,7 @@ class Referee:
 
     def describe(self, hits: Hits, which, depths, normals, points, stage) -> None:
         """Write hits of the samples `which` (K,): depths in the stage's units, normals and world points (K, 3)."""
-        scene = _Scene()
+        scene = _RefereeTables()
         scene.rows, scene.kinds = self.rows, self.elements
         arrays = [
             wp.array(values, dtype=dtype, device=self.device)

@@ -11,7 +11,7 @@ from fieldsim.render.materials.table import KIND
 from fieldsim.render.materials.textures import color_at
 from fieldsim.render.scene.candidates import TILE, Candidates, View
 from fieldsim.render.scene.hits import Balls, Hits
-from fieldsim.render.scene.tables import FOREVER, Scene
+from fieldsim.render.scene.tables import FOREVER, SceneTables
 from fieldsim.render.solvers.packet import packet_tracer
 from fieldsim.render.solvers.packet.gaussian_elements import BESSEL, SHARE, GaussianElements
 from fieldsim.render.solvers.packet.simd import OPTIONS, cpp, group_of
@@ -208,7 +208,7 @@ def packet_kernel(kind, width):
         begin: int,
         first: int,
         last: int,
-        scene: Scene,
+        scene: SceneTables,
         hits: Hits,
         rays: wp.array(dtype=float),
         chosen: wp.array(dtype=int),
@@ -233,7 +233,7 @@ def packet_kernel(kind, width):
         begin: int,
         number: int,
         view: View,
-        scene: Scene,
+        scene: SceneTables,
         table: GaussianElements,
         lists: Candidates,
         balls: Balls,
@@ -267,7 +267,7 @@ def packet_kernel(kind, width):
     def trace_packets(
         start: int,
         view: View,
-        scene: Scene,
+        scene: SceneTables,
         table: GaussianElements,
         lists: Candidates,
         balls: Balls,
@@ -319,7 +319,7 @@ def _natives(kind, width):
     @wp.func_native(cpp(width, _EXACT_DIRECTION + SHARE + BESSEL + _DESCRIBE, **constants))
     def describe(
         view: View,
-        scene: Scene,
+        scene: SceneTables,
         table: GaussianElements,
         rays: wp.array(dtype=float),
         chosen: wp.array(dtype=int),

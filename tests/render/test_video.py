@@ -287,7 +287,7 @@ def test_whole_pictures_of_a_sequence_survive_a_full_disk(tmp_path, monkeypatch)
         if path.name == "2":
             raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(sys.modules["fieldsim.render.output.video"], "_write_png", full)
+    monkeypatch.setattr(sys.modules["fieldsim.render.output.formats"], "_write_png", full)
     with pytest.raises(FilmError, match=r"writing failed, .*frames keeps the 2 frames made before: No space left"):
         written(f"{tmp_path}/frames/")
     assert names(tmp_path / "frames") == ["frame_0000.png", "frame_0001.png"]

@@ -1,4 +1,4 @@
-"""Materials: how thick and soft the tissue on a skeleton is, and how it looks."""
+"""Materials: thickness and softness of a surface around its skeleton, and its look."""
 
 import dataclasses
 import difflib
@@ -33,7 +33,7 @@ def rays_named(owner: str, names) -> tuple[str, ...]:
 
 @dataclasses.dataclass(frozen=True)
 class Material:
-    """The soft tissue on a skeleton and its look. Every number may be a function of time.
+    """The surface around a skeleton: its thickness, softness and look. Every number may be a function of time.
 
     radius: distance R > 0 between the primitive in isolation and its surface F = T (a point: a sphere; a segment, arc
     or circle: the tube far from its ends; a triangle or plane: the slab over its middle). blobbiness: B < 0; near zero,

@@ -196,7 +196,7 @@ def test_the_gentlest_slopes(kernel, whole):
         own = -float(mp.diff(lambda r: mp.log(h(r)), mpf(radius)))
         assert own >= value.log_slope(radius)
     assert Gaussian(0.8).log_slope(2.0) == pytest.approx(2 * 0.8**2 * 2.0)
-    assert base.GENTLEST == min(k.gentle for k in FAMILIES[PowerLaw])
+    assert base.LEAST_SLOPE == min(k.gentle for k in FAMILIES[PowerLaw])
 
 
 @pytest.mark.parametrize("kernel", [Newtonian, InverseSquare])

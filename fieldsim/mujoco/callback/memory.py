@@ -171,8 +171,8 @@ def acting(accuracy: str, contact: bool):
         work = allocate(8 * (9 * (turning + touching) + 6 * bodies))
         gravity_turns = numba.carray(doubles(work), (turning, 9))
         surface_turns = numba.carray(doubles(work + 72 * turning), (touching, 9))
-        hung = numba.carray(doubles(work + 72 * (turning + touching)), (bodies, 6))
-        act(plan, views_of(model, data, bodies, dofs), gravity_turns, surface_turns, hung, found)
+        subtree_wrench = numba.carray(doubles(work + 72 * (turning + touching)), (bodies, 6))
+        act(plan, views_of(model, data, bodies, dofs), gravity_turns, surface_turns, subtree_wrench, found)
         release(work)
 
     return function

@@ -31,7 +31,7 @@ from fieldsim.potentials.primitives.base import LEAST, MOST
 
 # The slope of log F at a distance R, in 1 / R, of what falls most gently: that of 1/r beside a line, a logarithm, is of
 # this order.
-GENTLEST = 0.25
+LEAST_SLOPE = 0.25
 
 
 @dataclasses.dataclass(frozen=True)

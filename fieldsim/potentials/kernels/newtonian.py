@@ -4,7 +4,7 @@ import dataclasses
 import math
 
 from fieldsim.portable import portable, real
-from fieldsim.potentials.kernels.base import GENTLEST, Diverges, PowerLaw, distance, half_maximum
+from fieldsim.potentials.kernels.base import LEAST_SLOPE, Diverges, PowerLaw, distance, half_maximum
 
 
 @portable
@@ -26,7 +26,7 @@ class Newtonian(PowerLaw):
 
     law = law
     power = 1
-    gentle = GENTLEST
+    gentle = LEAST_SLOPE
     line = Diverges()
     plane = Diverges(slope=lambda strength, softening: math.tau * strength)
 

@@ -5,6 +5,7 @@ import mpmath
 import numpy as np
 import pytest
 import sixth_power
+import test_formula_conformance as conformance
 from mpmath import mp, mpf
 
 import fieldsim as fs
@@ -50,6 +51,13 @@ def test_the_formulas_hold_on_every_target(kernel, skeleton):
     for point, expected in zip(points, f, strict=True):
         assert total.numba(*point, rows, kinds, 0, len(kinds))[0] == pytest.approx(expected, rel=1e-14)
         assert total(*map(float, point), rows, kinds, 0, len(kinds))[0] == pytest.approx(expected, rel=1e-14)
+
+
+def test_they_pass_what_all_kernels_pass(kernel):
+    keys = [key for key in registry.FORMULAS if key[0] is kernel]
+    assert keys
+    for key in keys:
+        conformance.test_formulas_are_the_declared_law_on_the_declared_mass_points(key)
 
 
 @pytest.mark.parametrize("kernel", [generalised_wyvill], ids=["generalised_wyvill"], indirect=True, scope="module")

@@ -3,6 +3,9 @@
 `import fieldsim as fs`; every public name is listed in `__all__`.
 """
 
+from types import ModuleType
+from typing import TYPE_CHECKING
+
 from fieldsim import plots, sampling
 from fieldsim.cli.program import main
 from fieldsim.dynamics.auto import Auto, Choice
@@ -76,6 +79,9 @@ from fieldsim.world.shapes import Ball, Box, Capsule, Cylinder, Ellipsoid, Groun
 from fieldsim.world.snapshot import Snapshot
 from fieldsim.world.texture import Checker, Clouds, ImageTexture, Marble, SolidTexture, Texture, Wood
 from fieldsim.world.world import World
+
+if TYPE_CHECKING:
+    from fieldsim import mujoco as mujoco  # loaded when first asked for, below
 
 __all__ = [
     "Absorb",
@@ -203,7 +209,7 @@ __all__ = [
 ]
 
 
-def __getattr__(name):
+def __getattr__(name: str) -> ModuleType:
     """`fieldsim.mujoco`, loaded when first asked for."""
     if name == "mujoco":
         import importlib

@@ -19,6 +19,7 @@ import warp as wp
 
 from fieldsim import interrupts, kernel_cache, validate
 from fieldsim.errors import DeviceError
+from fieldsim.types import WholeLike
 
 THREADS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
@@ -62,7 +63,7 @@ kernel_cache.prepare()
 _initialise_quietly_without_driver()
 
 
-def checked_threads(owner: str, threads: int | None) -> int | None:
+def checked_threads(owner: str, threads: WholeLike | None) -> int | None:
     """A number of threads, or None for all cores."""
     return validate.optional(validate.whole, owner, "threads", threads, at_least=1)
 

@@ -127,7 +127,7 @@ def cylinder(
     """
     low, high = _pair("cylinder", "height", height)
     inner, outer = _range("cylinder", radius)
-    radii = (inner, outer) if np.ndim(radius) else (0.0, outer)
+    radii = (inner, outer) if validate.numbers("cylinder", "radius", radius).ndim else (0.0, outer)
     start = _disk("cylinder", count, radii, high - low, (0, 0, 1), 0.0, velocity, center, seed)
     start["positions"][:, 2] += 0.5 * (low + high)
     return start

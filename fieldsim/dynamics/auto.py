@@ -3,7 +3,8 @@
 import dataclasses
 import math
 import warnings
-from typing import TypeAlias
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, TypeAlias
 
 from fieldsim import validate
 from fieldsim.dynamics.diagnostics.invariants import repels
@@ -35,6 +36,7 @@ from fieldsim.dynamics.trials import (
     worst,
 )
 from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
+from fieldsim.types import RealLike
 
 # An evaluation with the Hessian takes about so many times one without.
 HESSIAN_COST = 1.5
@@ -83,6 +85,15 @@ class Auto(Integrator):
         SofroniouSpaletta10,
         Radau,
     )
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            tolerance: RealLike = ...,
+            span: RealLike | None = ...,
+            candidates: Iterable[type[Splitting]] = ...,
+        ) -> None: ...
 
     def __post_init__(self):
         validate.fields(self, validate.number, "tolerance", above=0.0)

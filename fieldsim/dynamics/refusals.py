@@ -55,7 +55,7 @@ TABLE = {
 def refusal(who: str, world) -> str:
     """What of `world` the tool or method `who` (of TABLE) does not know, and the remedy; "" where it knows all."""
     traits, unknown, instead = TABLE[who]
-    for find, remedy in map(TRAITS.get, traits):
+    for find, remedy in (TRAITS[trait] for trait in traits):
         what = find(world)
         if what:
             return f"{what}, {unknown}; {remedy}{instead}"

@@ -3,20 +3,22 @@
 import contextlib
 import functools
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 import numpy as np
 import warp as wp
 
 from fieldsim import validate
 from fieldsim.copies import Uncopied
-from fieldsim.dynamics.auto import Auto, Choice, choose, integrator_of, warn_of_caveat
+from fieldsim.dynamics.auto import Auto, Choice, IntegratorLike, choose, integrator_of, warn_of_caveat
 from fieldsim.dynamics.bare_sources import refuse_particles_on_sources
 from fieldsim.dynamics.contact.events import Events, contact_particles, events_of
 from fieldsim.dynamics.contact.particle_state import WRITTEN
 from fieldsim.dynamics.contact.release import released
 from fieldsim.dynamics.contact.surfaces import surfaces_touched
-from fieldsim.dynamics.integrators.splittings import moments
+from fieldsim.dynamics.diagnostics.followed import Ledger
+from fieldsim.dynamics.integrators.propagator import StepTables
+from fieldsim.dynamics.integrators.splittings import Splitting, moments
 from fieldsim.dynamics.manoeuvres import free_index, motion_given, restart, rows_given, rows_of_set, warn_of_choice
 from fieldsim.dynamics.radau.radau import Radau, RadauRun
 from fieldsim.dynamics.refusals import refuse_method, refuse_mixture, refuse_other_matter
@@ -26,6 +28,7 @@ from fieldsim.dynamics.splitting.kernels import LANES, contact_kernel, method_of
 from fieldsim.dynamics.splitting.mutual_gravity import MutualGravity
 from fieldsim.dynamics.state import (
     State,
+    columns,
     refuse_nonsense,
     restored_if_broken_off,
     split_by_sets,
@@ -37,9 +40,10 @@ from fieldsim.launch import checked_threads, device_named, launch
 from fieldsim.sources.elements import Sources
 from fieldsim.sources.field import field_and_gradient
 from fieldsim.sources.stages import Stages, upload
+from fieldsim.types import ArrayLike, RealLike, VectorLike, WholeLike
 from fieldsim.world.contact import Status
 from fieldsim.world.snapshot import Snapshot
-from fieldsim.world.world import given_world
+from fieldsim.world.world import World, given_world
 
 # A launch spans at most so many steps, and so many particle-steps and moving elements.
 LAUNCH_STEPS = 256
@@ -61,7 +65,14 @@ class Simulation(Uncopied):
     _remedy = "copy its world and make another Simulation, or keep simulation.snapshot()"
 
     def __init__(
-        self, world, integrator=None, *, time: float = 0.0, device=None, threads: int | None = None, log: int = 4
+        self,
+        world: World,
+        integrator: IntegratorLike | None = None,
+        *,
+        time: RealLike = 0.0,
+        device: str | None = None,
+        threads: WholeLike | None = None,
+        log: WholeLike = 4,
     ):
         # The world given is asked, at every turn, whether it has changed since: what it got later would move nothing.
         self._given, self.world = world, given_world("Simulation", world)
@@ -95,12 +106,18 @@ class Simulation(Uncopied):
             warn_of_caveat(self.choice)
         refuse_method("Simulation", self.integrator, world)
         self._method = self.integrator
-        self.radau = None
+        self.radau: RadauRun | None = None
         if isinstance(self.integrator, Radau):
             start = self._state.x, self._state.v, self.time
             self.radau = RadauRun(self.integrator, world, self._gravity, *start, threads=threads)
         self._still = upload(self._gravity, np.array([self.time]), self.device)
         self._state.a = self._pull(self._state.x)
+
+    @property
+    def _splitting(self) -> StepTables:
+        """The method, where it takes steps in common."""
+        assert isinstance(self.integrator, Splitting)
+        return self.integrator
 
     @property
     def _count(self):
@@ -141,7 +158,7 @@ class Simulation(Uncopied):
             refuse_other_matter("Simulation", self.world, now)
             self.world = now  # which differs in what is only seen
 
-    def advance(self, until: float) -> None:
+    def advance(self, until: RealLike) -> None:
         """Run to the time `until` in equal steps, at most the integrator's dt long, the last landing on it exactly.
 
         Broken off under way, by Ctrl-C or by a function that fails, it is at a time before, and may go on from there.
@@ -168,7 +185,7 @@ class Simulation(Uncopied):
 
     def _march(self, until):
         """Equal steps to the time `until`."""
-        count, dt = self.integrator.steps(until - self.time)
+        count, dt = self._splitting.steps(until - self.time)
         grain = np.spacing(max(abs(until), abs(self.time)))
         if count and dt < grain:
             raise InputError(
@@ -188,12 +205,12 @@ class Simulation(Uncopied):
     def _written(self):
         """The arrays that steps write, but for the free bodies'."""
         balls = [getattr(self._balls, name) for name in WRITTEN] if self._eventful else []
-        return [*(getattr(self._state, name) for name in State.vars), *balls, *self._sums]
+        return [*(getattr(self._state, name) for name in columns(State)), *balls, *self._sums]
 
     @property
     def _steps_per_launch(self):
         """Launches are kept short enough for small tables and a prompt answer to Ctrl-C."""
-        stages = len(self.integrator.drifts)
+        stages = len(self._splitting.drifts)
         touched = len(self._surfaces) if self._surfaces else 0
         each = max(1, len(self._gravity) + len(self._mutual) + touched)
         by_work = LAUNCH_WORK // ((max(1, self._count) * each + self._free.evaluations) * stages)
@@ -204,15 +221,15 @@ class Simulation(Uncopied):
         """Take consecutive `steps`, counted from the time `start`: first the free bodies, then what flies past them."""
         for watcher in self._watchers:
             watcher(self._gravity, self._state, steps, start, dt)
-        nodes = start + dt * moments(steps, self.integrator.nodes)
+        nodes = start + dt * moments(steps, self._splitting.nodes)
         if self._free:
-            self._free.leap(nodes, dt, self.integrator)
+            self._free.leap(nodes, dt, self._splitting)
         self._fly(steps, start, dt, self._gravity_at(nodes))
         self._steps_done += len(steps) * self._count
 
     def _fly(self, steps, start, dt, gravity):
         """Launch consecutive `steps` of all particles; gravity: the bodies' tables at the stages of all of them."""
-        integrator = self.integrator
+        integrator = self._splitting
         method = method_of(integrator, dt, self.device)
         options = {"device": self.device, "threads": self.threads}
         if self._mutual:
@@ -235,7 +252,14 @@ class Simulation(Uncopied):
 
     # Manoeuvres
 
-    def set_particles(self, index: int = 0, *, positions=None, velocities=None, spins=None) -> None:
+    def set_particles(
+        self,
+        index: WholeLike = 0,
+        *,
+        positions: ArrayLike | None = None,
+        velocities: ArrayLike | None = None,
+        spins: ArrayLike | None = None,
+    ) -> None:
         """Give particles other positions, velocities or spins now: a manoeuvre, between two calls of `advance`.
 
             simulation.set_particles(0, velocities=simulation.velocities[0] + (0, 0.1, 0))
@@ -259,7 +283,15 @@ class Simulation(Uncopied):
         with self._manoeuvre():
             self._restart(changed, x.numpy(), arrays["velocities"], arrays["spins"])
 
-    def set_body(self, index: int, *, position=None, rotation=None, velocity=None, angular_velocity=None) -> None:
+    def set_body(
+        self,
+        index: WholeLike,
+        *,
+        position: VectorLike | None = None,
+        rotation: VectorLike | None = None,
+        velocity: VectorLike | None = None,
+        angular_velocity: VectorLike | None = None,
+    ) -> None:
         """Give a free body another place, turn or motion now: a manoeuvre, between two calls of `advance`.
 
             simulation.set_body(1, velocity=(0, 0.5, 0))
@@ -319,11 +351,11 @@ class Simulation(Uncopied):
         if self.choice and not self.radau:
             warn_of_choice(self.integrator)
 
-    def account(self, ledger) -> None:
+    def account(self, ledger: Ledger) -> None:
         """Call `ledger.manoeuvred(ledger.measured())`, the latter ahead of each manoeuvre and the former after it."""
         self._ledgers.append(ledger)
 
-    def watch(self, watcher, *, sums=()) -> None:
+    def watch(self, watcher: Callable[..., object], *, sums: Sequence[wp.array] = ()) -> None:
         """Call `watcher(sources, state, steps, start, dt)` ahead of every launch of `steps` from time `start` on.
 
         sums: the Warp arrays that it writes, which are as before where the launch is broken off.
@@ -385,7 +417,7 @@ class Simulation(Uncopied):
         self._refuse_changes()
         return Snapshot(self.world, self.time, self._free.poses_with(self.time), self.positions, self.velocities)
 
-    def snapshots(self, times) -> Iterator[Snapshot]:
+    def snapshots(self, times: Iterable[RealLike]) -> Iterator[Snapshot]:
         """Advance to each of the increasing `times` in turn and yield the snapshot there.
 
         A run that fails under way has yielded the snapshots before.

@@ -53,11 +53,16 @@ def split_by_sets(array: wp.array, sizes) -> tuple[np.ndarray, ...]:
 
 def renew(kind, table, fresh, which, names=None) -> None:
     """Replace rows `which` (N,) of the arrays `names` (default all) of a Warp struct by those of `fresh`."""
-    for name in names or kind.vars:
+    for name in names or columns(kind):
         array = getattr(table, name)
         rows = array.numpy().copy()
         rows[which] = getattr(fresh, name).numpy()[which]
         setattr(table, name, wp.array(rows, dtype=array.dtype, device=array.device))
+
+
+def columns(struct: Any) -> list[str]:
+    """Names of the arrays of a Warp struct's class."""
+    return list(struct.vars)
 
 
 def refuse_nonsense(time: float, positions, velocities, remedy: str) -> None:

@@ -16,6 +16,7 @@ from fieldsim.dynamics.rigid.diagnostics import body_energy
 from fieldsim.errors import FieldsimError, FieldsimWarning, InputError
 from fieldsim.world.motion import Spin
 from fieldsim.world.rigid import Rigid
+from fieldsim.world.world import World
 
 # A trial moves at most so many particles, and all that pull each other; it looks at them so often.
 SAMPLE = 64
@@ -40,7 +41,7 @@ CONTACT_COST = 4
 class Trial:
     """Where a trial run begins: a world with its particles and free bodies as they are at `time`."""
 
-    world: object
+    world: World
     time: float
 
 
@@ -149,23 +150,24 @@ class Watched:
         found = [total.drifts[-1] for total in self._log.totals if total.quantity == "energy"]
         found += self._log.history.largest[-1:]
         if self._finer:
-            found += [self._times * self._difference_of_particles(), self._times * self._difference_of_bodies()]
+            found += [self._times * difference(self._finer) for difference in (self._of_particles, self._of_bodies)]
         error = float(np.max(found, initial=0.0))
         return math.inf if math.isnan(error) else error
 
-    def _difference_of_particles(self):
+    def _of_particles(self, finer):
         """Of particles that touched nothing in either run."""
         if not self._loose.any():
             return 0.0
-        one, other = energy(self.simulation.snapshot()), energy(self._finer.snapshot())
-        touched = np.concatenate(self.simulation.bounce_counts) + np.concatenate(self._finer.bounce_counts)
+        one, other = energy(self.simulation.snapshot()), energy(finer.snapshot())
+        touched = np.concatenate(self.simulation.bounce_counts) + np.concatenate(finer.bounce_counts)
         scale = np.maximum(other.kinetic + np.abs(other.potential), np.finfo(float).tiny)
         return float((np.abs(one.total - other.total) / scale)[self._loose & (touched == 0)].max(initial=0.0))
 
-    def _difference_of_bodies(self):
+    def _of_bodies(self, finer):
+        """Of the free bodies that have nothing that they keep."""
         if not self._drifting:
             return 0.0
-        one, other = body_energy(self.simulation.bodies), body_energy(self._finer.bodies)
+        one, other = body_energy(self.simulation.bodies), body_energy(finer.bodies)
         scale = other.translation.sum() + other.rotation.sum() + abs(other.potential)
         return abs(one.total - other.total) / max(scale, np.finfo(float).tiny)
 

@@ -12,6 +12,7 @@ import numpy as np
 import warp as wp
 
 from fieldsim import validate
+from fieldsim.dynamics.integrators.splittings import Splitting
 from fieldsim.dynamics.refusals import refuse
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.dynamics.splitting.kernels import Method, Particle, method_of, particle_at, put
@@ -22,7 +23,8 @@ from fieldsim.numerics.running_sums import added
 from fieldsim.orbits.poincare import splitting_for
 from fieldsim.sources.field import hessian_at
 from fieldsim.sources.stages import Stages
-from fieldsim.world.world import given_world
+from fieldsim.types import RealLike, WholeLike
+from fieldsim.world.world import World, given_world
 
 MOST_SAMPLES = 1_000_000
 # Tangent vectors are made orthonormal every so many steps, before they fall onto one another.
@@ -46,7 +48,15 @@ class Lyapunov:
 
 
 def lyapunov(
-    world, duration: float, integrator=None, *, count=1, samples=100, seed=0, device=None, threads=None
+    world: World,
+    duration: RealLike,
+    integrator: Splitting | None = None,
+    *,
+    count: WholeLike = 1,
+    samples: WholeLike = 100,
+    seed: WholeLike = 0,
+    device: str | None = None,
+    threads: WholeLike | None = None,
 ) -> Lyapunov:
     """Lyapunov exponents of the particles of `world` over `duration`: how fast neighbours of each part from it.
 
@@ -91,7 +101,7 @@ class _Tangent(Simulation):
         self.growth = wp.zeros((self._count, count), dtype=wp.float64, device=self.device)
 
     def _fly(self, steps, start, dt, gravity):
-        method = method_of(self.integrator, dt, self.device)
+        method = method_of(self._splitting, dt, self.device)
         options = {"device": self.device, "grain": 2, "threads": self.threads}
         tangent = [self._dx, self._dv]
         kernel = tangent_kernel(self._gravity.kinds_used)
@@ -162,6 +172,6 @@ def tangent_kernel(kinds_used):
                     turn(dx, dv, i, method.kicks[j] * hessian)
             if (step + 1) % EVERY == 0 or step + 1 == steps:
                 orthonormalise(i, dx, dv, growth)
-        put(state, i, Particle(x, v, x_rest, v_rest, a))
+        put(state, i, Particle(x, v, x_rest, v_rest, a))  # pyrefly: ignore[bad-argument-count]
 
     return follow

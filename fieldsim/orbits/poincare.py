@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools
+from typing import TYPE_CHECKING
 
 import numpy as np
 import warp as wp
@@ -19,8 +20,9 @@ from fieldsim.launch import checked_threads, launch
 from fieldsim.sources.field import field_at
 from fieldsim.sources.poses import spin_poses
 from fieldsim.sources.stages import Stages
+from fieldsim.types import ArrayLike, RealLike, VectorLike, WholeLike
 from fieldsim.world.motion import Spin
-from fieldsim.world.world import given_world
+from fieldsim.world.world import World, given_world
 
 # Halvings and Newton steps towards a crossing at most.
 REFINEMENTS = wp.constant(60)
@@ -39,6 +41,16 @@ class Section:
     direction: int = 1
     spin: Spin | None = None
 
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            point: VectorLike = ...,
+            normal: VectorLike = ...,
+            direction: WholeLike = ...,
+            spin: Spin | None = ...,
+        ) -> None: ...
+
     def __post_init__(self):
         validate.fields(self, validate.vector, "point")
         validate.fields(self, validate.direction, "normal")
@@ -46,7 +58,7 @@ class Section:
         remedy = "give the fs.Spin with which the plane turns, or None"
         validate.instance("Section", "spin", self.spin, Spin | None, remedy)
 
-    def seen(self, times, x, v) -> tuple[np.ndarray, np.ndarray]:
+    def seen(self, times: ArrayLike, x: ArrayLike, v: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Positions and velocities (M, 3) of the world's frame at `times` (M,), as seen from the section's frame."""
         x, v = validate.points("Section.seen", "x", x), validate.points("Section.seen", "v", v)
         times = validate.numbers("Section.seen", "times", times, shape=(len(x),))
@@ -76,7 +88,15 @@ class Crossings:
         return len(self.times)
 
 
-def poincare(world, section: Section, duration: float, integrator=None, *, device=None, threads=None) -> Crossings:
+def poincare(
+    world: World,
+    section: Section,
+    duration: RealLike,
+    integrator: Splitting | Radau | None = None,
+    *,
+    device: str | None = None,
+    threads: WholeLike | None = None,
+) -> Crossings:
     """Follow the particles of `world` for `duration` and collect where they pierce `section`.
 
     integrator: default `Leapfrog()`. Under a splitting a crossing is found on the quintic through position,
@@ -116,12 +136,12 @@ class _Sectioned(Simulation):
         self._found = []
 
     def _fly(self, steps, start, dt, gravity):
-        tables = method_of(self.integrator, dt, self.device)
+        tables = method_of(self._splitting, dt, self.device)
         plane = self._plane(start + dt * np.append(steps, steps[-1] + 1), dt)
         shape = (self._count, len(steps))
         times = wp.full(shape, np.nan, dtype=wp.float64, device=self.device)
         x, v = (wp.empty(shape, dtype=wp.vec3d, device=self.device) for _ in range(2))
-        kernel = section_kernel(self._gravity.kinds_used, any(self.integrator.gradients))
+        kernel = section_kernel(self._gravity.kinds_used, any(self._splitting.gradients))
         inputs = [wp.float64(dt), tables, gravity, plane, self.section.direction]
         launch(
             kernel,
@@ -271,7 +291,7 @@ def section_kernel(kinds_used, gradients: bool):
             ):
                 _f, a0 = field(before.x, gravity, step * method.stages)
                 _f1, a1 = field(p.x, gravity, (step + 1) * method.stages)
-                q = Quintic(before.x, before.v, a0, p.x, p.v, a1, dt)
+                q = Quintic(before.x, before.v, a0, p.x, p.v, a1, dt)  # pyrefly: ignore[bad-argument-count]
                 u = section_crossing(q, plane, step)
                 x, v = quintic_at(q, u)
                 times[i, step] = u * dt

@@ -3,7 +3,7 @@
 import dataclasses
 import functools
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -59,14 +59,14 @@ class Camera:
     @classmethod
     def orbit(
         cls,
-        look_at=(0.0, 0.0, 0.0),
-        radius=5.0,
-        height=2.0,
-        period: float = 20.0,
-        phase: float = 0.0,
+        look_at: Timed[VectorLike] = (0.0, 0.0, 0.0),
+        radius: Timed[RealLike] = 5.0,
+        height: Timed[RealLike] = 2.0,
+        period: RealLike = 20.0,
+        phase: RealLike = 0.0,
         *,
         clockwise: bool = False,
-        **options,
+        **options: Any,
     ) -> "Camera":
         """A camera that circles the vertical axis through `look_at`, looking at it.
 

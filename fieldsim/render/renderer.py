@@ -3,6 +3,8 @@
 import functools
 import math
 import warnings
+from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 import warp as wp
@@ -20,6 +22,7 @@ from fieldsim.render.scene.candidates import TILE
 from fieldsim.render.scene.hits import BALLS, exact_depth
 from fieldsim.render.solids.skeleton import MODES
 from fieldsim.render.tracer import Tracer
+from fieldsim.types import RealLike, SizeLike, WholeLike
 from fieldsim.world.snapshot import Snapshot
 
 _TONES = 1 << 14  # of the table that turns linear values into bytes
@@ -32,7 +35,14 @@ _SPREAD = 1.1673039782614187 ** -np.arange(1.0, 5.0)
 SNAPSHOT = "give world.at(time) or simulation.snapshot()"
 
 
-def render(snapshot, camera: Camera, *, size=(640, 360), quality="final", device=None) -> np.ndarray:
+def render(
+    snapshot: Snapshot | Iterable[Snapshot],
+    camera: Camera,
+    *,
+    size: SizeLike = (640, 360),
+    quality: str = "final",
+    device: str | None = None,
+) -> np.ndarray:
     """The picture of a snapshot: (height, width, 3) uint8, sRGB. See `Renderer`, which serves many frames better."""
     size, quality = validate.size("render", size), validate.choice("render", "quality", quality, QUALITIES)
     return Renderer(size, quality, device)._frame("render", snapshot, camera)
@@ -56,16 +66,16 @@ class Renderer:
 
     def __init__(
         self,
-        size=(640, 360),
-        quality="final",
-        device=None,
+        size: SizeLike = (640, 360),
+        quality: str = "final",
+        device: str | None = None,
         *,
-        shadows=True,
-        samples=None,
-        exposures=None,
-        tolerance=1e-5,
-        mode="soft",
-        solver="hermite",
+        shadows: bool = True,
+        samples: WholeLike | None = None,
+        exposures: WholeLike | None = None,
+        tolerance: RealLike = 1e-5,
+        mode: str = "soft",
+        solver: str = "hermite",
     ):
         self.size = validate.size("Renderer", size)
         validate.choice("Renderer", "quality", quality, QUALITIES)
@@ -83,7 +93,7 @@ class Renderer:
         self.tolerance = validate.number("Renderer", "tolerance", tolerance, above=0.0)
         self._checked_empty = False
         self.band = Band(*self.size, 0, self.size[1])
-        self._slot = None
+        self._slot: Any = None
 
     def __reduce__(self):
         # A copy has the options, and buffers of its own.
@@ -92,7 +102,7 @@ class Renderer:
         options |= {"device": self.device.alias, "solver": self.solver.name}
         return functools.partial(Renderer, self.size, **options), ()
 
-    def frame(self, snapshot, camera: Camera) -> np.ndarray:
+    def frame(self, snapshot: Snapshot | Iterable[Snapshot], camera: Camera) -> np.ndarray:
         """The picture of a snapshot, (height, width, 3) uint8, sRGB.
 
         Several snapshots, of times at which the shutter is open, blur what moves; `Camera.shutter` is for films.
@@ -138,7 +148,7 @@ class Renderer:
         depth = exact_depth(hits, len(slot))[slot].reshape(height, width) * stage.perspective.unit
         return np.where(depth < 0, np.inf, depth), hits.normal.numpy()[slot].reshape(height, width, 3)
 
-    def layers(self, snapshot, camera: Camera) -> dict[str, np.ndarray]:
+    def layers(self, snapshot: Snapshot, camera: Camera) -> dict[str, np.ndarray]:
         """Diagnostic layers of the rays through pixel centres: arrays by the names of `layers.LAYERS`, and `owner`.
 
         Raises InputError for a solver that gives none.

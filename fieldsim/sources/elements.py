@@ -44,7 +44,11 @@ def acting(world: WorldValue, role: str) -> Acting:
     known = _ACTING.setdefault(world.frozen(), {})
     if role not in known:
         still = [body for body in world.bodies if not (body.moving or body.deforming)]
-        placed = [elements_of(body, role, 0.0).placed(body.motion.matrix, body.motion.position) for body in still]
+        poses = [body.pose_at(0.0) for body in still]
+        placed = [
+            elements_of(body, role, 0.0).placed(pose.matrix, pose.position)
+            for body, pose in zip(still, poses, strict=True)
+        ]
         changing = tuple((k, body) for k, body in enumerate(world.bodies) if body.moving or body.deforming)
         known[role] = Acting(concatenate(placed).grouped()[0], changing)
     return known[role]

@@ -3,6 +3,7 @@
 import dataclasses
 import functools
 import typing
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from fieldsim.arrays import kept, read_only
 from fieldsim.errors import InputError
 from fieldsim.potentials.field import Field
 from fieldsim.potentials.meshes.mesh import TriangleMesh
+from fieldsim.types import ArrayLike, RealLike, WholeLike
 from fieldsim.world.body import Body
 from fieldsim.world.color import color_rgb
 from fieldsim.world.light import Background, Fog, Light
@@ -77,6 +79,18 @@ class Snapshot:
     velocities: tuple[np.ndarray, ...]
     shape_poses: tuple[tuple[np.ndarray, np.ndarray], ...] | None = None
 
+    if typing.TYPE_CHECKING:
+
+        def __init__(
+            self,
+            world: WorldValue,
+            time: RealLike,
+            poses: Iterable[Pose],
+            positions: Iterable[ArrayLike],
+            velocities: Iterable[ArrayLike],
+            shape_poses: Iterable[tuple[ArrayLike, ArrayLike]] | None = ...,
+        ) -> None: ...
+
     def __post_init__(self):
         world = validate.having("Snapshot", "world", self.world, ("frozen", "replace", "bodies"), "give a fs.World")
         object.__setattr__(self, "world", world.frozen())
@@ -114,7 +128,7 @@ class Snapshot:
         if count != wanted:
             raise InputError(f"Snapshot: {count} {name} for {wanted} {things} of its world; give as many")
 
-    def poses_at(self, index: int, times) -> tuple[np.ndarray, np.ndarray]:
+    def poses_at(self, index: WholeLike, times: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Rotations (n, 3, 3) and positions (n, 3) of body `index`: those of this moment, at each of the n `times`."""
         owner = "Snapshot.poses_at"
         index = validate.whole(owner, "index", index, at_least=0, at_most=len(self.poses) - 1)
@@ -132,7 +146,7 @@ class Snapshot:
             raise InputError("Snapshot: no body of the world has a surface; give one a fs.Material")
         return Field.of_terms((), parts)
 
-    def surface_mesh(self, *, resolution: int | None = None, tolerance: float | None = None) -> TriangleMesh:
+    def surface_mesh(self, *, resolution: WholeLike | None = None, tolerance: RealLike | None = None) -> TriangleMesh:
         """The surface of all bodies together as a closed `TriangleMesh`; see `Field.mesh`."""
         return self.surface_field().mesh(1.0, resolution=resolution, tolerance=tolerance)
 
@@ -141,10 +155,10 @@ class Snapshot:
         """All particles: centres (N, 3), radii (N,), linear RGB colours (N, 3)."""
         sets = self.world.particles
         if not sets:
-            return tuple(map(read_only, (np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3)))))
+            return read_only(np.zeros((0, 3))), read_only(np.zeros(0)), read_only(np.zeros((0, 3)))
         radii = np.concatenate([np.full(len(p), p.radius) for p in sets])
         colors = np.concatenate([np.tile(color_rgb("Particles", p.color), (len(p), 1)) for p in sets])
-        return tuple(map(read_only, (np.concatenate(self.positions), radii, colors)))
+        return read_only(np.concatenate(self.positions)), read_only(radii), read_only(colors)
 
 
 def _pair(name, value, remedy):

@@ -2,15 +2,18 @@
 
 import copy
 import warnings
+from collections.abc import Iterable
+from typing import Any
 
 from fieldsim import validate
 from fieldsim.errors import FieldsimWarning, InputError
+from fieldsim.types import ArrayLike, RealLike
 from fieldsim.world.body import Body
 from fieldsim.world.light import DEFAULT_LIGHTS, Background, Fog, Light
 from fieldsim.world.material import Material
 from fieldsim.world.motion import IDENTITY
 from fieldsim.world.particles import Particles
-from fieldsim.world.shapes import PLAIN, Shape, ShapeGroup
+from fieldsim.world.shapes import PLAIN, GroupMotionLike, Shape, ShapeGroup
 from fieldsim.world.snapshot import Snapshot
 
 
@@ -41,10 +44,10 @@ class World:
     def __init__(
         self,
         *,
-        lights=DEFAULT_LIGHTS,
+        lights: Iterable[Light] = DEFAULT_LIGHTS,
         background: Background | None = None,
         fog: Fog | None = None,
-        escape_radius: float | None = None,
+        escape_radius: RealLike | None = None,
     ):
         given = {"lights": lights, "background": background, "fog": fog, "escape_radius": escape_radius}
         for name, value in ({"bodies": (), "particles": (), "shapes": ()} | given).items():
@@ -77,7 +80,7 @@ class World:
         self._set("bodies", (*self.bodies, body))
         return body
 
-    def add_particles(self, positions, velocities, **options) -> Particles:
+    def add_particles(self, positions: ArrayLike, velocities: ArrayLike, **options: Any) -> Particles:
         """Add a set of particles (see `Particles`) and return it."""
         particles = Particles(positions, velocities, **options)
         self._set("particles", (*self.particles, particles))
@@ -85,9 +88,9 @@ class World:
 
     def add_shape(
         self,
-        shape: Shape | list[Shape] | tuple[Shape, ...],
-        material: Material | list[Material] | tuple[Material, ...] = PLAIN,
-        motion: object = IDENTITY,
+        shape: Shape | Iterable[Shape],
+        material: Material | Iterable[Material] = PLAIN,
+        motion: GroupMotionLike = IDENTITY,
         *,
         name: str = "",
     ) -> ShapeGroup:
@@ -100,7 +103,7 @@ class World:
         self._set("shapes", (*self.shapes, group))
         return group
 
-    def replace(self, **changes) -> "World":
+    def replace(self, **changes: Any) -> "World":
         """A world of its own that loses nothing, with `changes`: bodies, particles, shapes, lights, fog, ...
 
             quick = world.replace(particles=[p for p in world.particles if p.name == "dust"], escape_radius=None)
@@ -122,17 +125,18 @@ class World:
         """The world as it is now, a value that refuses changes: itself where it is one, else one until it changes."""
         if self._fixed:
             return self
-        if self._value is None:
+        value = self._value
+        if value is None:
             value = copy.copy(self)
             object.__setattr__(value, "_fixed", True)
             object.__setattr__(self, "_value", value)
-        return self._value
+        return value
 
     def __getstate__(self):
         # A copy goes its own way: its frozen value is another one.
         return {name: value for name, value in vars(self).items() if name != "_value"}
 
-    def at(self, time: float) -> Snapshot:
+    def at(self, time: RealLike) -> Snapshot:
         """The world at `time`: bodies with a motion as they are then, free ones and particles as they start."""
         time = validate.number("World.at", "time", time)
         return Snapshot(

@@ -83,11 +83,11 @@ def events_of(balls: ContactParticles) -> Events:
     times = balls.times.numpy()[particles * balls.kept + slot]
     order = np.lexsort((-age, particles, times))
     index = (particles * balls.kept + slot)[order]
-    columns = (
-        times[order],
-        particles[order],
-        np.array(KINDS)[balls.kinds.numpy()[index]],
-        balls.places.numpy()[index],
-        balls.impulses.numpy()[index],
+    return Events(
+        read_only(times[order]),
+        read_only(particles[order]),
+        read_only(np.array(KINDS)[balls.kinds.numpy()[index]]),
+        read_only(balls.places.numpy()[index]),
+        read_only(balls.impulses.numpy()[index]),
+        int(made.sum(dtype=np.int64)),
     )
-    return Events(*map(read_only, columns), int(made.sum(dtype=np.int64)))

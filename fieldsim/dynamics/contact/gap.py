@@ -72,13 +72,13 @@ def log_surface(kinds_used):
     @wp.func
     def still(p: wp.vec3d, surfaces: Stages, stage: int, s: wp.float64):
         f, g = logarithm(p, surfaces, stage)
-        return Level(f, g, wp.float64(0.0), wp.vec3d())
+        return Level(f, g, wp.float64(0.0), wp.vec3d())  # pyrefly: ignore[bad-argument-count]
 
     @wp.func
     def changing(p: wp.vec3d, surfaces: Stages, stage: int, s: wp.float64):
         f0, g0 = logarithm(p, surfaces, stage)
         f1, g1 = logarithm(p, surfaces, stage + 1)
-        return Level(f0 + s * (f1 - f0), g0 + s * (g1 - g0), f1 - f0, g1 - g0)
+        return Level(f0 + s * (f1 - f0), g0 + s * (g1 - g0), f1 - f0, g1 - g0)  # pyrefly: ignore[bad-argument-count]
 
     return changing if kinds_used[1] else still
 

@@ -57,13 +57,14 @@ def contact_energy(snapshot) -> np.ndarray:
     """Potential energy per unit mass in the repulsion of surfaces, (N,) over all sets; 0 for other contact laws."""
     energies = [np.zeros(len(x)) for x in snapshot.positions]
     repelled = [k for k, particles in enumerate(snapshot.world.particles) if isinstance(particles.contact, Repulsion)]
-    if repelled:
-        sources = Sources(snapshot.world, "surface", snapshot.time)
-        stages = upload(sources, np.array([snapshot.time]), "cpu")
+    if not repelled:
+        return np.concatenate([np.zeros(0), *energies])
+    sources = Sources(snapshot.world, "surface", snapshot.time)
+    stages = upload(sources, np.array([snapshot.time]), "cpu")
     for k in repelled:
         law = snapshot.world.particles[k].contact
         field, _ = field_and_gradient(sources, stages, wp.array(snapshot.positions[k], dtype=wp.vec3d, device="cpu"))
         with np.errstate(divide="ignore"):
             near = np.maximum(0.0, 1.0 + np.log(np.maximum(field.numpy(), 0.0)) / law.reach)
         energies[k] = law.stiffness * near**3
-    return np.concatenate([np.zeros(0), *energies])
+    return np.concatenate(energies)

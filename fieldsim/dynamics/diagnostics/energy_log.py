@@ -9,6 +9,7 @@ import numpy as np
 from fieldsim import validate
 from fieldsim.copies import Uncopied
 from fieldsim.dynamics.bare_sources import particle_name
+from fieldsim.dynamics.diagnostics.followed import Followed
 from fieldsim.dynamics.diagnostics.invariants import acting, changing, common_spin, energy, jacobi, repels
 from fieldsim.dynamics.diagnostics.totals import BODIES, Drift, totals_of
 from fieldsim.dynamics.diagnostics.work import Work
@@ -93,7 +94,7 @@ class EnergyLog(Uncopied):
 
     _remedy = "keep log.report() or log.history"
 
-    def __init__(self, simulation):
+    def __init__(self, simulation: Followed):
         wanted = ("world", "mutual", "bodies", "integrator", "snapshot", "account")
         validate.having("EnergyLog", "simulation", simulation, wanted, "give a fs.Simulation")
         self._simulation = simulation
@@ -133,7 +134,7 @@ class EnergyLog(Uncopied):
         totals = [total.measured() for total in self.totals]
         return totals, (self._values(), self._judged) if self.judging else None
 
-    def manoeuvred(self, before) -> None:
+    def manoeuvred(self, before: tuple) -> None:
         """What a manoeuvre has given since `before` (as `measured`) is no drift; who was not judged begins anew."""
         totals, particles = before
         for total, value in zip(self.totals, totals, strict=True):

@@ -15,10 +15,11 @@ from fieldsim.dynamics.splitting.mutual_gravity import MutualGravity
 from fieldsim.sources.elements import Sources
 from fieldsim.sources.field import field_and_gradient
 from fieldsim.sources.stages import upload
+from fieldsim.types import VectorLike
 from fieldsim.world.contact import Repulsion
 from fieldsim.world.motion import Pose, Spin
 from fieldsim.world.snapshot import Snapshot
-from fieldsim.world.world import given_world
+from fieldsim.world.world import World, given_world
 
 
 @dataclasses.dataclass(frozen=True)
@@ -38,7 +39,7 @@ class Energy:
         return self.kinetic + self.potential
 
 
-def energy(snapshot) -> Energy:
+def energy(snapshot: Snapshot) -> Energy:
     """Energies of a snapshot's particles at that time, in all that acts on them.
 
     potential = -F of the gravity of all bodies, free ones where the snapshot has them, that of a `Repulsion`, and that
@@ -61,13 +62,13 @@ def _shared(world, x):
     return np.where(mutual.strengths, 0.5, 1.0) * mutual.potential_energies(x)
 
 
-def angular_momentum(snapshot, center=(0.0, 0.0, 0.0)) -> np.ndarray:
+def angular_momentum(snapshot: Snapshot, center: VectorLike = (0.0, 0.0, 0.0)) -> np.ndarray:
     """(x - center) x v of each particle, (N, 3)."""
     x, v = _state("angular_momentum", snapshot)
     return np.cross(x - np.array(validate.vector("angular_momentum", "center", center)), v)
 
 
-def jacobi(snapshot, spin: Spin) -> np.ndarray:
+def jacobi(snapshot: Snapshot, spin: Spin) -> np.ndarray:
     """The Jacobi integral E - omega . L about the spin's centre, (N,): kept where all that pulls turns with `spin`."""
     _state("jacobi", snapshot)
     validate.instance("jacobi", "spin", spin, Spin, "give the fs.Spin with which the bodies turn")
@@ -82,18 +83,18 @@ def _state(owner, snapshot):
     return np.concatenate([nothing, *snapshot.positions]), np.concatenate([nothing, *snapshot.velocities])
 
 
-def acting(world) -> list:
+def acting(world: World) -> list:
     """The bodies whose potential particles feel: all that pull, and where a `Repulsion` is felt, all surfaces."""
     repelled = repels(world)
     return [body for body in world.bodies if body.gravity is not None or (repelled and body.surface is not None)]
 
 
-def repels(world) -> bool:
+def repels(world: World) -> bool:
     """Whether surfaces repel some particle."""
     return any(isinstance(particles.contact, Repulsion) for particles in world.particles)
 
 
-def common_spin(world) -> Spin | None:
+def common_spin(world: World) -> Spin | None:
     """The spin with which everything in `world` that pulls (or repels) turns, whatever the phases, or None.
 
     Two spins are one where their axes are one line and their rates about it agree, however they are written. What lies

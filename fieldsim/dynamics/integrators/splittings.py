@@ -10,12 +10,13 @@ drift A and kick B modulo [B, [B, [B, A]]] = 0, which holds because the kinetic 
 import dataclasses
 import itertools
 import math
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import InputError
+from fieldsim.types import RealLike
 
 
 class Integrator:
@@ -33,6 +34,10 @@ class Splitting(Integrator):
     """
 
     dt: float = 1e-3
+
+    if TYPE_CHECKING:
+
+        def __init__(self, dt: RealLike = ...) -> None: ...
 
     order: ClassVar[int]
     kicks: ClassVar[tuple[float, ...]]

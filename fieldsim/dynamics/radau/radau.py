@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 import warp as wp
@@ -11,13 +12,14 @@ from fieldsim.arrays import kept
 from fieldsim.dynamics.integrators.splittings import Integrator
 from fieldsim.dynamics.radau.kernels import Flights, Leg, dense_kernel, radau_kernel
 from fieldsim.dynamics.radau.tables import ORDER, Series
-from fieldsim.dynamics.state import renew
+from fieldsim.dynamics.state import columns, renew
 from fieldsim.errors import InputError
 from fieldsim.launch import launch
 from fieldsim.potentials.row import POSITIONS, SIZE
 from fieldsim.sources.elements import Sources
 from fieldsim.sources.stages import tables
 from fieldsim.sources.windows import Windows
+from fieldsim.types import RealLike
 
 # Limits of a launch: evaluations of an element, and rows of moving elements.
 LAUNCH_WORK = 20_000_000
@@ -41,6 +43,10 @@ class Radau(Integrator):
     """
 
     tolerance: float = 1e-9
+
+    if TYPE_CHECKING:
+
+        def __init__(self, tolerance: RealLike = ...) -> None: ...
 
     order = 15
 
@@ -108,7 +114,7 @@ class RadauRun:
             self._windows, self._tables = Windows(self._sources, self._world, time, self._device), None
             which = np.ones(self._count, dtype=bool)
         fresh = self._start(positions, velocities, time)
-        names = [name for name in Flights.vars if name not in ("steps", "evaluations", "tau", "tau_at")]
+        names = [name for name in columns(Flights) if name not in ("steps", "evaluations", "tau", "tau_at")]
         renew(Flights, self._flights, fresh, which, names)
 
     @property

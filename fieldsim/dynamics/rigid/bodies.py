@@ -297,7 +297,7 @@ class FreeBodies(Uncopied):
             # Rounding turns what has no inertia.
             axes = (pose.matrix @ start.frame.matrix)[:, ~start.idle]
             state = {"velocity": velocities[b], "angular_velocity": axes @ axes.T @ turning[b], "stiffness": k}
-            motion = dataclasses.replace(start.body.motion, position=pose.position, rotation=pose.rotation, **state)
+            motion = dataclasses.replace(start.motion, position=pose.position, rotation=pose.rotation, **state)
             bodies[start.index] = dataclasses.replace(start.body, motion=motion)
         return bodies
 

@@ -15,7 +15,9 @@ from fieldsim.numerics import quaternion
 from fieldsim.potentials.elements import Elements, concatenate
 from fieldsim.potentials.kernels.base import LEAST_SLOPE
 from fieldsim.sources.margins import refuse_compact, with_reach
+from fieldsim.world.body import Body
 from fieldsim.world.motion import Pose
+from fieldsim.world.rigid import Rigid
 
 # Relative error of the mass points' pull on what touches the body.
 TOLERANCE = 1e-8
@@ -33,14 +35,14 @@ class FreeBody:
 
     index: int
     name: str
-    body: object
+    body: Body
     mass: float
     moments: np.ndarray
     frame: Pose
     idle: np.ndarray
 
     def __post_init__(self):
-        spin = self.body.motion.matrix.T @ np.array(self.body.motion.angular_velocity)
+        spin = self.motion.matrix.T @ np.array(self.motion.angular_velocity)
         if self.idle.any() and np.abs(self.frame.matrix[:, self.idle].T @ spin).max() > 1e-9 * np.linalg.norm(spin):
             what = "a point" if self.idle.all() else "a straight line"
             raise InputError(
@@ -48,9 +50,21 @@ class FreeBody:
                 "motion inertia='solid' or a matrix, or an angular_velocity without that part"
             )
 
+    @property
+    def motion(self) -> Rigid:
+        """How it starts."""
+        assert isinstance(self.body.motion, Rigid)  # what makes a body free
+        return self.body.motion
+
+    @property
+    def _radius(self):
+        """Of its surface, which what touches has."""
+        assert self.body.surface is not None
+        return self.body.surface.radius
+
     def moved(self, **motion) -> "FreeBody":
         """The same body that starts with other fields of its `Rigid`."""
-        body = dataclasses.replace(self.body, motion=dataclasses.replace(self.body.motion, **motion))
+        body = dataclasses.replace(self.body, motion=dataclasses.replace(self.motion, **motion))
         found = dataclasses.replace(self, body=body)
         found.__dict__["shell"] = self.shell
         return found
@@ -58,13 +72,13 @@ class FreeBody:
     @property
     def center(self) -> np.ndarray:
         """Its centre of mass, world frame, (3,)."""
-        motion = self.body.motion
+        motion = self.motion
         return np.array(motion.position) + motion.matrix @ self.frame.position
 
     @property
     def turn(self) -> np.ndarray:
         """The quaternion (4,) from the principal to the world's frame."""
-        return quaternion.product(self.body.motion.rotation, self.frame.rotation)
+        return quaternion.product(self.motion.rotation, self.frame.rotation)
 
     @property
     def pull(self) -> float:
@@ -93,7 +107,7 @@ class FreeBody:
     def mass_points(self) -> tuple[np.ndarray, np.ndarray]:
         """Mass points (n, 3) in the principal frame and their masses (n,)."""
         skeleton = self.body.skeleton
-        clearance = 2.0 * self.body.surface.radius if self.body.surface else NEAR * _extent(skeleton)
+        clearance = 2.0 * self._radius if self.body.surface else NEAR * _extent(skeleton)
         points, weights = mass_points(skeleton, [enough(p, clearance, TOLERANCE) for p in skeleton])
         return self._inward(points), self.mass * weights
 
@@ -119,18 +133,18 @@ class FreeBody:
     @property
     def depth(self) -> float:
         """How deep the hardest hit that the start's energy allows may press into its surface: a tenth of its radius."""
-        return 0.1 * self.body.surface.radius
+        return 0.1 * self._radius
 
     def _hardness(self, slope):
         """U / (stiffness d^4) of two equal surfaces of this radius R that overlap by d, where log F rises by `slope`.
 
         They do so on an area of pi R d, over which the cube of the depth has the mean d^3 / 4.
         """
-        return math.pi * self.body.surface.radius * slope**3 / 12.0
+        return math.pi * self._radius * slope**3 / 12.0
 
     def stiffness(self, energy: float, slope: float) -> float:
         """Energy per area such that a hit of `energy` presses in by `depth`; or the motion's own stiffness."""
-        given = self.body.motion.stiffness
+        given = self.motion.stiffness
         return given or (energy or 1.0) / (self._hardness(slope) * self.depth**4)
 
     def highest_frequency(self, stiffness: float, energy: float, slope: float) -> float:

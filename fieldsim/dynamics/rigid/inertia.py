@@ -120,7 +120,7 @@ def _solid_moments(body):
     low, high = surface_box(body.skeleton, elements)
     cells = COARSE
     sums = _grid_sums(elements, low, high, cells)
-    before = None
+    best, before = sums, None
     while cells < FINE:
         cells *= 2
         finer = _grid_sums(elements, low, high, cells)

@@ -30,8 +30,9 @@ def refuse_unequal_pulls(starts: list[FreeBody]) -> None:
     The force of a on b is the mass of b that resists times G_a M_a times what a's kernel says, M the mass that pulls:
     forces are opposite where kernels are the same, and G M over the mass that resists is.
     """
-    first, *others = [start for start in starts if start.pulls] or [None]
-    for start in others:
+    pulling = [start for start in starts if start.pulls]
+    for start in pulling[1:]:
+        first = pulling[0]
         pair = f"{first.name} and {start.name} pull each other"
         one, other = first.body, start.body
         if one.gravity != other.gravity:

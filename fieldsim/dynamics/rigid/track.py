@@ -29,24 +29,23 @@ class Track:
         """
         if np.array_equal(times, self.times):
             rotations, places = self.rotations[:, b], self.places[:, b]
-        elif self.speeds is None or (times == self.times[-1]).all():
+        elif self.speeds is None or self.rates is None or (times == self.times[-1]).all():
             rotations, places = (a[np.full(len(times), -1), b] for a in (self.rotations, self.places))
         else:
-            rotations, places = self._between(b, times)
+            rotations, places = self._between(b, times, self.speeds[:, b], self.rates[:, b])
         return rotations, places - quaternion.matrices(rotations) @ self.centers[b]
 
-    def _between(self, b, times):
-        drifts = (len(self.times) - 1) // (len(self.speeds) - 1)
+    def _between(self, b, times, speeds, rates):
+        drifts = (len(self.times) - 1) // (len(speeds) - 1)
         ends = self.times[::drifts]
         k = np.clip(np.searchsorted(ends, times, side="right") - 1, 0, len(ends) - 2)
         step = (ends[k + 1] - ends[k])[:, None]
         u = (times - ends[k])[:, None] / step
-        spin = np.concatenate([np.zeros((len(self.rates), 1)), self.rates[:, b]], axis=1)
+        spin = np.concatenate([np.zeros((len(rates), 1)), rates], axis=1)
         places, turns = self.places[::drifts, b], _continuous(self.rotations[::drifts, b])
         moving = 0.5 * quaternion.product(spin, turns)
         rotations = _hermite(u, step, turns[k], turns[k + 1], moving[k], moving[k + 1])
         rotations /= np.linalg.norm(rotations, axis=1)[:, None]
-        speeds = self.speeds[:, b]
         return rotations, _hermite(u, step, places[k], places[k + 1], speeds[k], speeds[k + 1])
 
 

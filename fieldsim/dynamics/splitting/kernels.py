@@ -24,6 +24,7 @@ from fieldsim.dynamics.contact.particle_state import (
     step_start,
 )
 from fieldsim.dynamics.contact.response import contact_step
+from fieldsim.dynamics.integrators.propagator import StepTables
 from fieldsim.dynamics.state import State, drifted
 from fieldsim.numerics.running_sums import added
 from fieldsim.sources.field import field_at, hessian_at
@@ -50,7 +51,7 @@ class Method:
     evaluations: int
 
 
-def method_of(splitting, dt: float, device) -> Method:
+def method_of(splitting: StepTables, dt: float, device) -> Method:
     """The `Method` of a splitting for steps of length dt."""
     method = Method()
     method.opening = dt * splitting.kicks[0]
@@ -106,7 +107,7 @@ class Particle:
 @wp.func
 def particle_at(state: State, i: int):
     """Particle i of the state."""
-    return Particle(state.x[i], state.v[i], state.x_rest[i], state.v_rest[i], state.a[i])
+    return Particle(state.x[i], state.v[i], state.x_rest[i], state.v_rest[i], state.a[i])  # pyrefly: ignore[bad-argument-count]
 
 
 @wp.func
@@ -164,7 +165,7 @@ def advance_of(kinds_used, gradients: bool):
             if wp.static(gradients):
                 kick = kick + push
             v, v_rest = added(v, v_rest, kick + part.kick * a)
-        return Particle(x, v, x_rest, v_rest, a)
+        return Particle(x, v, x_rest, v_rest, a)  # pyrefly: ignore[bad-argument-count]
 
     return advance
 
@@ -304,7 +305,7 @@ def contact_kernel(gravity_kinds, surface_kinds, gradients: bool):
                     time = step_start(balls, step, dt) + wp.float64(k) * short
                     m, found = near(m, step * parts + k, time, ball, balls, gravity_near, surfaces, short)
                     hits += found
-                p = Particle(m.x, m.v, wp.vec3d(), wp.vec3d(), m.a)
+                p = Particle(m.x, m.v, wp.vec3d(), wp.vec3d(), m.a)  # pyrefly: ignore[bad-argument-count]
                 if (
                     still == 1
                     and hits == begun

@@ -170,7 +170,7 @@ class MutualGravity(Uncopied):
         pull = Pull()
         pull.sources = wp.array(self._sources, dtype=wp.int32, device=self.device)
         pull.strengths = wp.array(self.strengths[self._sources], dtype=wp.float64, device=self.device)
-        pull.width = self._kernel.width
+        pull.width = self._kernel.width if self._kernel else 0.0
         return pull
 
     def leap(self, state: State, steps: int, dt: float, method, gravity: Stages, kinds_used) -> None:

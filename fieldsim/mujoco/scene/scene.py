@@ -3,6 +3,7 @@
 import dataclasses
 import warnings
 from collections.abc import Sequence
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -132,8 +133,8 @@ class Scene:
             places, turns = (np.concatenate(part) for part in zip(*parts, strict=True))
             shapes += ((places, turns),)
         state = data.time, data.qpos.copy(), data.mocap_pos.copy(), data.mocap_quat.copy()
-        kept = {field.name: getattr(base, field.name) for field in dataclasses.fields(Snapshot)}
-        told = {"world": self.world, "poses": poses, "shape_poses": shapes or None, "state": state}
+        kept: dict[str, Any] = {field.name: getattr(base, field.name) for field in dataclasses.fields(Snapshot)}
+        told: dict[str, Any] = {"world": self.world, "poses": poses, "shape_poses": shapes or None, "state": state}
         return ModelSnapshot(**kept | told)
 
     def _placed(self, data, of, numbers):

@@ -195,17 +195,17 @@ class PowerLaw(Kernel, abstract=True):
                 )
 
     @classmethod
-    def softening_of(cls, width):
+    def softening_of(cls, width: float) -> float:
         """The softening, from the width."""
         return 1.0 / width if cls.reciprocal else width
 
     @classmethod
-    def scale_of(cls, width):
+    def scale_of(cls, width: float) -> float:
         """The length over which h changes: the softening."""
         return cls.softening_of(width)
 
     @staticmethod
-    def log_bend(width):
+    def log_bend(width: float) -> float:
         """0: these bend as power / (distance^2 + softening^2), which is bounded where that is known."""
         return 0.0
 
@@ -229,7 +229,7 @@ class Compact(Kernel, abstract=True):
     traits = ("law", "inverse", "width_of", "line", "plane", "steepest", "sharpest", "root_bend")
 
     @classmethod
-    def scale_of(cls, width):
+    def scale_of(cls, width: float) -> float:
         """The length over which h changes."""
         return cls.share * width
 
@@ -257,8 +257,8 @@ def _check(kernel, trait):
         # What `Kernel` itself has is only the place.
         missing = value is None or value is getattr(Kernel, trait, None)
         fits = isinstance(value, Portable) if trait == "law" else callable(value)
-        function = value.function if isinstance(value, Portable) else value
-        fits = fits and len(inspect.signature(function).parameters) == count
+        if fits:
+            fits = len(inspect.signature(value.function if isinstance(value, Portable) else value).parameters) == count
     else:
         types, remedy = _TYPES[trait]
         missing, fits = value is None, isinstance(value, types)

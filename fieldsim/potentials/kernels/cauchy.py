@@ -2,9 +2,13 @@
 
 import dataclasses
 import math
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from fieldsim.portable import portable, real
 from fieldsim.potentials.kernels.base import PowerLaw, Whole, distance
+from fieldsim.types import RealLike
 
 # Half width of (1 + s^2 r^2)^-2 equals that of exp(-a^2 r^2) when s = PER_GAUSSIAN a.
 PER_GAUSSIAN = math.sqrt((math.sqrt(2.0) - 1.0) / math.log(2.0))
@@ -20,7 +24,11 @@ def law(r2: real, s: real, fold: real, times: real):
 
 def _inverse(power):
     """Where (1 + s^2 r^2)^-power falls to a level."""
-    return lambda level, s: distance(level ** (-1.0 / power) - 1.0) / s
+
+    def inverse(level: np.ndarray, s: float) -> np.ndarray:
+        return distance(level ** (-1.0 / power) - 1.0) / s
+
+    return inverse
 
 
 @dataclasses.dataclass(frozen=True)
@@ -28,6 +36,10 @@ class Cauchy(PowerLaw):
     """h(r) = 1 / (1 + s^2 r^2)^2 (Sherstyuk 1999, 2.3.1)."""
 
     s: float = 1.0
+
+    if TYPE_CHECKING:
+
+        def __init__(self, s: RealLike = ...) -> None: ...
 
     law = law
     inverse = staticmethod(_inverse(2.0))
@@ -38,6 +50,6 @@ class Cauchy(PowerLaw):
     plane = Whole(lambda s: math.pi / s**2, _inverse(1.0))
 
     @staticmethod
-    def width_of(radius, b):
+    def width_of(radius: float, b: float) -> float:
         """Half maximum where the Gaussian has it."""
         return PER_GAUSSIAN * math.sqrt(b) / radius

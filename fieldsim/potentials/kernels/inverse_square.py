@@ -2,11 +2,13 @@
 
 import dataclasses
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fieldsim.portable import portable, real
 from fieldsim.potentials.kernels.base import Diverges, PowerLaw, Whole, distance, half_maximum
+from fieldsim.types import RealLike
 
 
 @portable
@@ -30,6 +32,10 @@ class InverseSquare(PowerLaw):
 
     softening: float = 0.0
 
+    if TYPE_CHECKING:
+
+        def __init__(self, softening: RealLike = ...) -> None: ...
+
     law = law
     power = 2
     gentle = 1.0  # of a whole line
@@ -37,11 +43,11 @@ class InverseSquare(PowerLaw):
     plane = Diverges(slope=lambda strength, softening: math.pi * strength / softening)
 
     @staticmethod
-    def inverse(level, softening):
+    def inverse(level: np.ndarray, softening: float) -> np.ndarray:
         """Where h falls to a level."""
         return distance(1.0 / level - softening**2)
 
     @staticmethod
-    def width_of(radius, b):
+    def width_of(radius: float, b: float) -> float:
         """Half maximum where the Gaussian has it."""
         return half_maximum(radius, b)

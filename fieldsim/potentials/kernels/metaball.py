@@ -2,11 +2,13 @@
 
 import dataclasses
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fieldsim.portable import portable, real
 from fieldsim.potentials.kernels.base import Compact
+from fieldsim.types import RealLike
 
 
 @portable
@@ -28,19 +30,23 @@ class Metaball(Compact):
 
     radius: float = 1.0
 
+    if TYPE_CHECKING:
+
+        def __init__(self, radius: RealLike = ...) -> None: ...
+
     law = law
     steepest = math.sqrt(1.5)
     sharpest = 6.0
     root_bend = 5.52  # of sqrt(1 - 3 u^2) at u = 1/3: 5.5114
 
     @staticmethod
-    def inverse(level, radius):
+    def inverse(level: np.ndarray, radius: float) -> np.ndarray:
         """Where h falls to a level."""
         inner = np.sqrt(np.maximum(1.0 - level, 0.0) / 3.0)
         return radius * np.where(level > 2.0 / 3.0, inner, 1.0 - np.sqrt(level / 1.5))
 
     @staticmethod
-    def width_of(radius, b):
+    def width_of(radius: float, b: float) -> float:
         """Slope of log h at R that of the Gaussian, -2 b / R.
 
         It is -2 u / (1 - u) / R outside a third of the radius, and -6 u^2 / (1 - 3 u^2) / R within.

@@ -2,9 +2,13 @@
 
 import dataclasses
 import math
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from fieldsim.portable import portable, real
 from fieldsim.potentials.kernels.base import LEAST_SLOPE, Diverges, PowerLaw, distance, half_maximum
+from fieldsim.types import RealLike
 
 
 @portable
@@ -24,6 +28,10 @@ class Newtonian(PowerLaw):
 
     softening: float = 0.0
 
+    if TYPE_CHECKING:
+
+        def __init__(self, softening: RealLike = ...) -> None: ...
+
     law = law
     power = 1
     gentle = LEAST_SLOPE
@@ -31,11 +39,11 @@ class Newtonian(PowerLaw):
     plane = Diverges(slope=lambda strength, softening: math.tau * strength)
 
     @staticmethod
-    def inverse(level, softening):
+    def inverse(level: np.ndarray, softening: float) -> np.ndarray:
         """Where h falls to a level."""
         return distance(level**-2.0 - softening**2)
 
     @staticmethod
-    def width_of(radius, b):
+    def width_of(radius: float, b: float) -> float:
         """Half maximum where the Gaussian has it."""
         return half_maximum(radius, b) / math.sqrt(3.0)

@@ -57,7 +57,7 @@ class Polynomial(Compact, abstract=True):
         super().__init_subclass__(abstract=abstract, **options)
 
     @classmethod
-    def inverse(cls, level, radius):
+    def inverse(cls, level: np.ndarray, radius: float) -> np.ndarray:
         """Where h falls to a level, by Newton's method in w, which from below only overshoots once."""
         level = np.minimum(level, 1.0)
         w = np.sqrt(level)
@@ -67,7 +67,7 @@ class Polynomial(Compact, abstract=True):
         return radius * np.sqrt(np.clip(1.0 - w, 0.0, 1.0))
 
     @classmethod
-    def width_of(cls, radius, b):
+    def width_of(cls, radius: float, b: float) -> float:
         """Slope of log h at R that of the Gaussian: (1 - w)(2 square + 3 cube w) = b w (square + cube w)."""
         twice, bend = 2 * cls.square, 3 * cls.cube + cls.cube * b
         half = 0.5 * (cls.square * b + (twice - 3 * cls.cube))

@@ -1,8 +1,10 @@
 """The SoftObject kernel."""
 
 import dataclasses
+from typing import TYPE_CHECKING
 
 from fieldsim.potentials.kernels.polynomial import Polynomial
+from fieldsim.types import RealLike
 
 
 @dataclasses.dataclass(frozen=True)
@@ -13,6 +15,10 @@ class SoftObject(Polynomial):
     """
 
     radius: float = 1.0
+
+    if TYPE_CHECKING:
+
+        def __init__(self, radius: RealLike = ...) -> None: ...
 
     square, cube, over = 5, 4, 9
     steepest = 1.5351  # of (1 - u^2) sqrt(9 - 4 u^2) / 3: 1.53508

@@ -6,6 +6,7 @@ become their edges.
 
 import dataclasses
 import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -81,7 +82,8 @@ def _filling(surface, volume):
 def _solids(surface, radius, draw_triangles):
     """Elements as hard shapes; draw_triangles(rows, radii) gives lists of what `_balls` and its like return."""
     parts, owners = [], []
-    for volume, draw in {**_DRAWN, Volume.PRISM: draw_triangles}.items():
+    draws: dict[Volume, Callable] = {**_DRAWN, Volume.PRISM: draw_triangles}
+    for volume, draw in draws.items():
         where = _filling(surface, volume)
         if where.any():
             for part in draw(surface.elements.rows[where], radius[where]):
@@ -153,5 +155,4 @@ _DRAWN = {
     Volume.CAPSULE: _capsules,
     Volume.TUBE: _tubes,
     Volume.SLAB: _slabs,
-    Volume.PRISM: None,
 }

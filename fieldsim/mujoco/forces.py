@@ -239,7 +239,9 @@ class FieldForces(Uncopied):
             displaced, twins, heirs = found
             others, strangers = bool(self._other_bodies()), bool(twins or heirs)
             off = notices.field_off(self.model, displaced=displaced, others=others, strangers=strangers)
-            for words in filter(None, [off, *notices.unlike_copies(unlike, heavy)]):
+            for words in [off, *notices.unlike_copies(unlike, heavy)]:
+                if not words:
+                    continue
                 warnings.warn(f"FieldForces: {words}", FieldsimWarning, stacklevel=2)
 
     @contextlib.contextmanager

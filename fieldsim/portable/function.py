@@ -160,7 +160,7 @@ def _annotations(source, target, scalar):
     """The source's annotations with the markers replaced by the target's types."""
     import warp as wp
 
-    types_of = {real: scalar}
+    types_of: dict[Any, Any] = {real: scalar}
     if target == "warp":
         types_of.update({Table: wp.array(dtype=scalar, ndim=2), Indices: wp.array(dtype=wp.int32)})
     return {name: types_of.get(mark, mark) for name, mark in source.__annotations__.items()}

@@ -80,7 +80,7 @@ class Tracer:
 
     def _lit(self, stage, hits, count, weight, depth):
         """Colours of hits. weight: their share of the pixel; depth: number of reflections and refractions so far."""
-        parts = None
+        parts = []
         if stage.lighting.optical:
             parts = [wp.empty(count, dtype=wp.vec3, device=self.device) for _ in range(2)]
             launch(reflection.part, count, [hits], parts, device=self.device)

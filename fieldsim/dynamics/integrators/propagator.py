@@ -1,6 +1,6 @@
 """What a simulation asks of its methods: the tables of a splitting, or a propagator that flies by itself."""
 
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -12,30 +12,13 @@ class StepTables(Protocol):
     One step is kick 0, drift 0, kick 1, ..., drift s - 1, kick s, each with its gradient, in units of the step.
     """
 
-    @property
-    def kicks(self) -> tuple[float, ...]:
-        """Shares of the step, (s + 1,)."""
-        ...
-
-    @property
-    def drifts(self) -> tuple[float, ...]:
-        """Shares of the step, (s,)."""
-        ...
-
-    @property
-    def gradients(self) -> tuple[float, ...]:
-        """Factors of the force gradient in the kicks, (s + 1,); all 0 where the method takes none."""
-        ...
-
-    @property
-    def nodes(self) -> tuple[float, ...]:
-        """Times of the stages within a step, (s + 1,)."""
-        ...
-
-    @property
-    def evaluations(self) -> int:
-        """Evaluations of the acceleration in a step."""
-        ...
+    # Shares of the step (s + 1) and (s); factors of the force gradient in the kicks (s + 1), all 0 where there is none.
+    kicks: ClassVar[tuple[float, ...]]
+    drifts: ClassVar[tuple[float, ...]]
+    gradients: ClassVar[tuple[float, ...]]
+    # Times of the stages within a step (s + 1); evaluations of the acceleration in a step.
+    nodes: ClassVar[tuple[float, ...]]
+    evaluations: ClassVar[int]
 
     def steps(self, duration: float) -> tuple[int, float]:
         """Number and length of the equal steps that fill `duration`."""

@@ -319,7 +319,7 @@ class FreeBodies(Uncopied):
         count = len(self)
         found = np.zeros((2, len(self.world.bodies), count, 3))
         if not count:
-            return tuple(map(read_only, found))
+            return read_only(found[0]), read_only(found[1])
         pairs = [wp.empty((count, count), dtype=wp.vec3d, device=HOST) for _ in range(3)]
         (_, masses), (_, shells) = self.kinds_used
         launch(pair_kernel(masses, shells), count**2, [self._masses, self._shells, self.state], pairs, device=HOST)
@@ -331,10 +331,12 @@ class FreeBodies(Uncopied):
         for index, body in enumerate(self.world.bodies):
             if not body.free and (body.gravity is not None or body.surface is not None):
                 alone = self.world.replace(bodies=[body], particles=[])
-                sources = (Sources(alone, role, self.time, prescribed=True) for role in ("gravity", "surface"))
-                self._acting(*sources, *feeling, self.state)
+                gravity, surfaces = (
+                    Sources(alone, role, self.time, prescribed=True) for role in ("gravity", "surface")
+                )
+                self._acting(gravity, surfaces, *feeling, self.state)
                 found[:, index] = self.state.force.numpy(), self.state.torque.numpy()
-        return tuple(map(read_only, found))
+        return read_only(found[0]), read_only(found[1])
 
 
 def _splitting(method) -> RigidSplitting:

@@ -118,7 +118,7 @@ def call_sum(length: int):
 
 def address_of(function) -> int:
     """The address of a ctypes function."""
-    return ctypes.cast(function, ctypes.c_void_p).value
+    return ctypes.cast(function, ctypes.c_void_p).value or 0
 
 
 def python_function(name: str) -> int:

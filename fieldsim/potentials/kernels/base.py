@@ -249,16 +249,20 @@ def distance(square):
     return np.sqrt(np.maximum(square, 0.0))
 
 
+def _count(function) -> int:
+    """How many arguments a function takes."""
+    return len(inspect.signature(getattr(function, "function", function)).parameters)
+
+
 def _check(kernel, trait):
     """Raise InputError for a trait that is missing or of a wrong shape."""
-    value = getattr(kernel, trait, None)
+    value: Any = getattr(kernel, trait, None)
     if trait in _ARGUMENTS:
         count, remedy = _ARGUMENTS[trait]
         # What `Kernel` itself has is only the place.
         missing = value is None or value is getattr(Kernel, trait, None)
         fits = isinstance(value, Portable) if trait == "law" else callable(value)
-        if fits:
-            fits = len(inspect.signature(value.function if isinstance(value, Portable) else value).parameters) == count
+        fits = fits and _count(value) == count
     else:
         types, remedy = _TYPES[trait]
         missing, fits = value is None, isinstance(value, types)

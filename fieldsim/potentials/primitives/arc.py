@@ -3,6 +3,7 @@
 import dataclasses
 import math
 import typing
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from fieldsim.portable import Table, portable, real
 from fieldsim.potentials.primitives.base import Primitive, Volume, above
 from fieldsim.potentials.primitives.quadrature import interval_needed
 from fieldsim.potentials.row import ANGLE, CENTER, FIRST, NORMAL, RADIUS, center_of, first_of, normal_of
+from fieldsim.types import RealLike, Timed, VectorLike
 
 if typing.TYPE_CHECKING:
     from fieldsim.potentials.primitives.circle import Circle
@@ -60,31 +62,31 @@ class Turn:
     beside = above
 
     @property
-    def box(self: "Arc | Circle"):
+    def box(self: "Arc | Circle") -> tuple[np.ndarray, np.ndarray]:
         """Least and greatest coordinates of the whole circle."""
         reach = self.radius * np.sqrt(np.maximum(0.0, 1.0 - np.square(self.normal)))
         return np.subtract(self.center, reach), np.add(self.center, reach)
 
     @staticmethod
-    def row_measure(rows):
+    def row_measure(rows: np.ndarray) -> np.ndarray:
         """The lengths, radius times angle."""
         return rows[..., RADIUS] * rows[..., ANGLE]
 
     @staticmethod
-    def row_middle(row):
+    def row_middle(row: np.ndarray) -> np.ndarray:
         """Halfway along it."""
         half = 0.5 * row[ANGLE]
         out = math.cos(half) * row[FIRST] + math.sin(half) * np.cross(row[NORMAL], row[FIRST])
         return row[CENTER] + row[RADIUS] * out
 
     @staticmethod
-    def row_box(rows):
+    def row_box(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Around the whole circles."""
         half = rows[:, RADIUS, None] * np.sqrt(np.maximum(0.0, 1.0 - rows[:, NORMAL] ** 2))
         return rows[:, CENTER] - half, rows[:, CENTER] + half
 
     @staticmethod
-    def row_places(rows, u, v):
+    def row_places(rows: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Around the centre from the start, u of the angle."""
         start, turn = rows[:, FIRST], u * rows[:, ANGLE, None]
         around = np.cos(turn) * start + np.sin(turn) * np.cross(rows[:, NORMAL], start)
@@ -104,6 +106,17 @@ class Arc(Turn, Primitive):
     start: tuple[float, float, float]
     radius: float
     angle: float
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            center: Timed[VectorLike],
+            normal: Timed[VectorLike],
+            start: Timed[VectorLike],
+            radius: Timed[RealLike],
+            angle: Timed[RealLike],
+        ) -> None: ...
 
     directions = ("normal", "start")
 
@@ -127,20 +140,20 @@ class Arc(Turn, Primitive):
         """The length, radius times angle."""
         return self.radius * self.angle
 
-    def pack(self, row):
+    def pack(self, row: np.ndarray) -> None:
         """Write radius, angle, centre, start and normal into an element row."""
         row[RADIUS], row[ANGLE] = self.radius, self.angle
         row[CENTER] = self.center
         row[FIRST] = self.start
         row[NORMAL] = self.normal
 
-    def mass_points(self, count):
+    def mass_points(self, count: int) -> tuple[np.ndarray, np.ndarray]:
         """Gauss's rule over the angle."""
         nodes, weights = gauss_legendre(count)
         start = np.array(self.start)
         return points_around(self, start / np.linalg.norm(start), self.angle * nodes), weights
 
-    def mass_points_needed(self, clearance, digits):
+    def mass_points_needed(self, clearance: float, digits: float) -> float:
         """The nearest singularity is over one of its points, at that distance."""
         return interval_needed(math.asinh(clearance / self.radius) / (0.5 * self.angle), digits)
 

@@ -16,6 +16,7 @@ from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.portable import Portable
 from fieldsim.potentials.row import NORMAL, POSITIONS, ROW_WIDTH
+from fieldsim.types import RealLike, VectorLike
 
 # Lengths within which fields are right to rounding: their fourth powers are numbers.
 LEAST, MOST = 1e-60, validate.FARTHEST
@@ -125,7 +126,7 @@ class Primitive:
         """Whether some field is a function of time."""
         return any(callable(getattr(self, field.name)) for field in dataclasses.fields(self))
 
-    def at(self, time: float) -> "Primitive":
+    def at(self, time: RealLike) -> typing.Self:
         """The concrete primitive at `time`; itself where nothing is animated."""
         time = validate.number(type(self).__name__, "time", time)
         if not self.animated:
@@ -143,7 +144,7 @@ class Primitive:
         corners = np.array([getattr(self, name) for name in self.points])
         return corners.min(axis=0), corners.max(axis=0)
 
-    def turns_about(self, point, axis) -> bool:
+    def turns_about(self, point: VectorLike, axis: VectorLike) -> bool:
         """Whether a turn about the line through `point` along the unit vector `axis` leaves all as it is.
 
         It does where all points lie on the line and all directions along it, as of a circle about it.
@@ -172,7 +173,7 @@ class Primitive:
         """Arc length, area, volume, or 1 for a point: what mass is spread over."""
         raise NotImplementedError
 
-    def pack(self, row) -> None:
+    def pack(self, row: np.ndarray) -> None:
         """Write the geometry into an element row (see `potentials.row`)."""
         raise NotImplementedError
 
@@ -216,12 +217,12 @@ class Primitive:
         raise NotImplementedError
 
     @staticmethod
-    def row_factor(rows: np.ndarray):
+    def row_factor(rows: np.ndarray) -> float | np.ndarray:
         """No less than what a profile multiplies the field of packed rows (..., ROW_WIDTH) with, in size."""
         return 1.0
 
     @staticmethod
-    def row_factor_bend(rows: np.ndarray):
+    def row_factor_bend(rows: np.ndarray) -> float | np.ndarray:
         """How sharply the profiles of packed rows (..., ROW_WIDTH) bend log F, in 1 / length^2."""
         return 0.0
 

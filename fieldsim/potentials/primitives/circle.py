@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -9,6 +10,7 @@ from fieldsim import validate
 from fieldsim.potentials.primitives.arc import Turn, points_around
 from fieldsim.potentials.primitives.base import Primitive
 from fieldsim.potentials.row import ANGLE, CENTER, FIRST, NORMAL, RADIUS
+from fieldsim.types import RealLike, Timed, VectorLike
 
 
 @dataclasses.dataclass(frozen=True)
@@ -18,6 +20,15 @@ class Circle(Turn, Primitive):
     center: tuple[float, float, float]
     normal: tuple[float, float, float]
     radius: float
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            center: Timed[VectorLike],
+            normal: Timed[VectorLike],
+            radius: Timed[RealLike],
+        ) -> None: ...
 
     directions = ("normal",)
     along_rays = "rings"
@@ -34,7 +45,7 @@ class Circle(Turn, Primitive):
         """The circumference."""
         return math.tau * self.radius
 
-    def pack(self, row):
+    def pack(self, row: np.ndarray) -> None:
         """Write radius, angle, centre, some start and the normal into an element row."""
         row[RADIUS], row[ANGLE] = self.radius, math.tau
         row[CENTER] = self.center
@@ -48,10 +59,10 @@ class Circle(Turn, Primitive):
         start = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
         return start / np.linalg.norm(start)
 
-    def mass_points(self, count):
+    def mass_points(self, count: int) -> tuple[np.ndarray, np.ndarray]:
         """Evenly spaced points, the best rule for what closes."""
         return points_around(self, self._start, 2 * math.pi * (np.arange(count) / count)), np.full(count, 1.0 / count)
 
-    def mass_points_needed(self, clearance, digits):
+    def mass_points_needed(self, clearance: float, digits: float) -> float:
         """By the rule for periodic integrands: n points err by exp(-n eta), sinh(eta) = clearance / radius."""
         return digits / math.asinh(clearance / self.radius)

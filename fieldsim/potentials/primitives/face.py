@@ -1,6 +1,7 @@
 """Faces of a solid's surface: what is within is the source."""
 
 import dataclasses
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from fieldsim.potentials.primitives.base import Primitive, row_corners
 from fieldsim.potentials.primitives.quadrature import simplex, simplex_needed
 from fieldsim.potentials.primitives.triangle import Flat, Triangle
 from fieldsim.potentials.row import CORNER_A, KERNEL_WIDTH, SOLID_REACH, TO_CENTER
+from fieldsim.types import RealLike, Timed, VectorLike
 
 
 @dataclasses.dataclass(frozen=True)
@@ -27,6 +29,17 @@ class Face(Flat, Primitive):
     c: tuple[float, float, float]
     center: tuple[float, float, float] = (0.0, 0.0, 0.0)
     reach: float = 1.0
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            a: Timed[VectorLike],
+            b: Timed[VectorLike],
+            c: Timed[VectorLike],
+            center: Timed[VectorLike] = ...,
+            reach: Timed[RealLike] = ...,
+        ) -> None: ...
 
     points = ("a", "b", "c", "center")
     dimension = 3
@@ -53,7 +66,7 @@ class Face(Flat, Primitive):
         a, b, c = np.array([self.a, self.b, self.c]) - self.center
         return float(np.dot(a, np.cross(b, c)) / 6.0)
 
-    def pack(self, row):
+    def pack(self, row: np.ndarray) -> None:
         """Write size, reach, corners, the offset of the centre from a, and the normal into an element row."""
         if row[KERNEL_WIDTH] != 0.0:
             raise InputError(
@@ -64,16 +77,16 @@ class Face(Flat, Primitive):
         row[SOLID_REACH] = self.reach
         row[TO_CENTER] = np.subtract(self.center, self.a)
 
-    def mass_points(self, count):
+    def mass_points(self, count: int) -> tuple[np.ndarray, np.ndarray]:
         """Gauss's rule in Duffy's coordinates, of the tetrahedron between the face and the centre."""
         return simplex([self.center, self.a, self.b, self.c], count)[:2]
 
-    def mass_points_needed(self, clearance, digits):
+    def mass_points_needed(self, clearance: float, digits: float) -> float:
         """By its longest edge."""
         return simplex_needed([self.a, self.b, self.c], clearance, digits)
 
     @staticmethod
-    def row_measure(rows):
+    def row_measure(rows: np.ndarray) -> np.ndarray:
         """The signed volumes between faces and centre."""
         center = rows[:, CORNER_A] + rows[:, TO_CENTER]
         a, b, c = np.moveaxis(row_corners(rows, 3) - center[:, None], 1, 0)

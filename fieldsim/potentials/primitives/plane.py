@@ -3,6 +3,7 @@
 import dataclasses
 import math
 import typing
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from fieldsim.errors import InputError
 from fieldsim.portable import Table, portable, real
 from fieldsim.potentials.primitives.base import Primitive, Volume
 from fieldsim.potentials.row import NORMAL, POINT, normal_of, point_of
+from fieldsim.types import Timed, VectorLike
 
 
 @portable
@@ -30,6 +32,10 @@ class Plane(Primitive):
 
     point: tuple[float, float, float]
     normal: tuple[float, float, float]
+
+    if TYPE_CHECKING:
+
+        def __init__(self, point: Timed[VectorLike], normal: Timed[VectorLike]) -> None: ...
 
     points = ("point",)
     directions = ("normal",)
@@ -53,24 +59,24 @@ class Plane(Primitive):
         self._refuse_mass()
 
     @property
-    def box(self):
+    def box(self) -> typing.NoReturn:
         """A plane has none: raises InputError."""
         raise InputError(f"{self}: a plane has no end; clip it with a triangle, or leave it out")
 
-    def pack(self, row):
+    def pack(self, row: np.ndarray) -> None:
         """Write point and normal into an element row."""
         row[POINT] = self.point
         row[NORMAL] = self.normal
 
-    def beside(self, radius):
+    def beside(self, radius: float) -> np.ndarray:
         """Above its point."""
         return np.add(self.point, radius * np.array(self.normal))
 
-    def mass_points(self, count):
+    def mass_points(self, count: int) -> typing.NoReturn:
         """Raises InputError, as `measure`."""
         self._refuse_mass()
 
-    def mass_points_needed(self, clearance, digits):
+    def mass_points_needed(self, clearance: float, digits: float) -> typing.NoReturn:
         """Raises InputError, as `measure`."""
         self._refuse_mass()
 
@@ -80,21 +86,21 @@ class Plane(Primitive):
         )
 
     @staticmethod
-    def row_measure(rows):
+    def row_measure(rows: np.ndarray) -> np.ndarray:
         """Infinite."""
         return np.full(rows.shape[:-1], math.inf)
 
     @staticmethod
-    def row_middle(row):
+    def row_middle(row: np.ndarray) -> np.ndarray:
         """Its point."""
         return row[POINT]
 
     @staticmethod
-    def row_box(rows):
+    def row_box(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """All of space."""
         return np.full((len(rows), 3), -math.inf), np.full((len(rows), 3), math.inf)
 
     @staticmethod
-    def row_places(rows, u, v):
+    def row_places(rows: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Its point: no parameters from 0 to 1 would cover it."""
         return rows[:, POINT]

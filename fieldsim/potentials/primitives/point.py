@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -9,6 +10,7 @@ from fieldsim import validate
 from fieldsim.portable import Table, portable, real
 from fieldsim.potentials.primitives.base import Primitive, Volume
 from fieldsim.potentials.row import POINT, point_of
+from fieldsim.types import Timed, VectorLike
 
 
 @portable
@@ -27,6 +29,10 @@ class Point(Primitive):
 
     position: tuple[float, float, float]
 
+    if TYPE_CHECKING:
+
+        def __init__(self, position: Timed[VectorLike]) -> None: ...
+
     points = ("position",)
     dimension = 0
     measure = 1.0
@@ -40,38 +46,38 @@ class Point(Primitive):
     def _checked(self):
         return {"position": validate.vector("Point", "position", self.position)}
 
-    def pack(self, row):
+    def pack(self, row: np.ndarray) -> None:
         """Write the position into an element row."""
         row[POINT] = self.position
 
-    def beside(self, radius):
+    def beside(self, radius: float) -> np.ndarray:
         """Above it."""
         return np.add(self.position, (0.0, 0.0, radius))
 
-    def mass_points(self, count):
+    def mass_points(self, count: int) -> tuple[np.ndarray, np.ndarray]:
         """Itself."""
         return np.array([self.position]), np.ones(1)
 
-    def mass_points_needed(self, clearance, digits):
+    def mass_points_needed(self, clearance: float, digits: float) -> float:
         """One."""
         return 1.0
 
     @staticmethod
-    def row_measure(rows):
+    def row_measure(rows: np.ndarray) -> np.ndarray:
         """1 each."""
         return np.ones(rows.shape[:-1])
 
     @staticmethod
-    def row_middle(row):
+    def row_middle(row: np.ndarray) -> np.ndarray:
         """The point."""
         return row[POINT]
 
     @staticmethod
-    def row_box(rows):
+    def row_box(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The point, twice."""
         return rows[:, POINT], rows[:, POINT]
 
     @staticmethod
-    def row_places(rows, u, v):
+    def row_places(rows: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         """The point, whatever the parameters."""
         return rows[:, POINT]

@@ -14,6 +14,8 @@ Value, gradient and Hessian are those of the product; on the planes above deriva
 
 import dataclasses
 import typing
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,6 +24,7 @@ from fieldsim.errors import InputError
 from fieldsim.potentials.primitives.arc import Arc
 from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.potentials.row import COEFFICIENTS, OWN, PROFILE_DEGREE, PROFILE_SHAPE
+from fieldsim.types import RealLike, Timed, VectorLike
 
 SHAPES = ("along", "hat", "sine")
 # What a row holds, and enough: in powers of u a wave of degree 12 between -1 and 1 (Chebyshev's) has coefficients up to
@@ -44,6 +47,10 @@ class Profile:
     coefficients: tuple[float, ...]
     shape: str = "along"
 
+    if TYPE_CHECKING:
+
+        def __init__(self, coefficients: Sequence[RealLike] | np.ndarray, shape: str = ...) -> None: ...
+
     def __post_init__(self):
         validate.choice("Profile", "shape", self.shape, SHAPES)
         remedy = f"give a list of 1 to {DEGREE + 1} numbers"
@@ -54,37 +61,37 @@ class Profile:
         checked = tuple(validate.number("Profile", f"coefficients[{k}]", c) for k, c in enumerate(given))
         object.__setattr__(self, "coefficients", checked)
 
-    def pack(self, row) -> None:
+    def pack(self, row: np.ndarray) -> None:
         """Write shape and coefficients into an element row."""
         row[OWN] = 0.0
         row[PROFILE_SHAPE], row[PROFILE_DEGREE] = SHAPES.index(self.shape), len(self.coefficients) - 1
         row[COEFFICIENTS][: len(self.coefficients)] = self.coefficients
 
 
-def constant(factor=1.0) -> Profile:
+def constant(factor: RealLike = 1.0) -> Profile:
     """The same factor everywhere."""
     return Profile((validate.number("constant", "factor", factor),))
 
 
-def linear(start=0.0, end=1.0) -> Profile:
+def linear(start: RealLike = 0.0, end: RealLike = 1.0) -> Profile:
     """From `start` evenly to `end`."""
     start, end = validate.number("linear", "start", start), validate.number("linear", "end", end)
     return Profile((start, end - start))
 
 
-def hat(ends=0.0, middle=1.0) -> Profile:
+def hat(ends: RealLike = 0.0, middle: RealLike = 1.0) -> Profile:
     """From `ends` evenly up to `middle` and down again."""
     ends, middle = validate.number("hat", "ends", ends), validate.number("hat", "middle", middle)
     return Profile((ends, middle - ends), "hat")
 
 
-def sine(ends=0.0, middle=1.0) -> Profile:
+def sine(ends: RealLike = 0.0, middle: RealLike = 1.0) -> Profile:
     """The factor ends + (middle - ends) sin^2(pi u)."""
     ends, middle = validate.number("sine", "ends", ends), validate.number("sine", "middle", middle)
     return Profile((ends, middle - ends), "sine")
 
 
-def polynomial(*coefficients) -> Profile:
+def polynomial(*coefficients: RealLike) -> Profile:
     """The factor c0 + c1 u + c2 u^2 + ..., up to u^12."""
     return Profile(tuple(validate.number("polynomial", f"coefficients[{k}]", c) for k, c in enumerate(coefficients)))
 
@@ -103,23 +110,23 @@ class Profiled:
         profile = validate.instance(type(self).__name__, "profile", self.profile, Profile, remedy)
         return {**self.plain_kind._checked(self), "profile": profile}
 
-    def plain(self: "ProfiledSegment | ProfiledArc"):
+    def plain(self: "ProfiledSegment | ProfiledArc") -> Segment | Arc:
         """The primitive without its profile."""
         kind = self.plain_kind
         return kind(**{field.name: getattr(self, field.name) for field in dataclasses.fields(kind)})
 
-    def pack(self: "ProfiledSegment | ProfiledArc", row):
+    def pack(self: "ProfiledSegment | ProfiledArc", row: np.ndarray) -> None:
         """Write the primitive and its profile into an element row."""
         self.plain_kind.pack(self, row)
         self.profile.pack(row)
 
     @staticmethod
-    def row_factor(rows):
+    def row_factor(rows: np.ndarray) -> float | np.ndarray:
         """No less than what the profiles multiply the field with, in size."""
         return _BETWEEN * np.abs(_sampled(rows)).max(axis=-1)
 
     @classmethod
-    def row_factor_bend(cls, rows):
+    def row_factor_bend(cls, rows: np.ndarray) -> float | np.ndarray:
         """How sharply profiles bend log F: of the order of their greatest slope, relative and squared."""
         values = _sampled(rows)
         slope = np.abs(np.gradient(values, _PROBES, axis=-1)).max(axis=-1) / np.abs(values).max(axis=-1)
@@ -141,6 +148,10 @@ class ProfiledSegment(Profiled, Segment):
 
     profile: Profile = Profile((1.0,))
 
+    if TYPE_CHECKING:
+
+        def __init__(self, start: Timed[VectorLike], end: Timed[VectorLike], profile: Profile = ...) -> None: ...
+
     plain_kind = Segment
 
 
@@ -150,13 +161,25 @@ class ProfiledArc(Profiled, Arc):
 
     profile: Profile = Profile((1.0,))
 
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            center: Timed[VectorLike],
+            normal: Timed[VectorLike],
+            start: Timed[VectorLike],
+            radius: Timed[RealLike],
+            angle: Timed[RealLike],
+            profile: Profile = ...,
+        ) -> None: ...
+
     plain_kind = Arc
 
 
 _PROFILED = {kind.plain_kind: kind for kind in (ProfiledSegment, ProfiledArc)}
 
 
-def profiled(primitive, profile: Profile) -> ProfiledSegment | ProfiledArc:
+def profiled(primitive: Segment | Arc, profile: Profile) -> ProfiledSegment | ProfiledArc:
     """A Segment or an Arc with a profile along it."""
     kind = _PROFILED.get(type(primitive))
     if kind is None:

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from fieldsim.portable import Table, portable, real
 from fieldsim.potentials.primitives.base import Primitive, Volume, row_corners
 from fieldsim.potentials.primitives.quadrature import simplex, simplex_needed
 from fieldsim.potentials.row import AXIS, END, LENGTH, START, axis_of, start_of
+from fieldsim.types import Timed, VectorLike
 
 
 @portable
@@ -36,6 +38,10 @@ class Segment(Primitive):
     start: tuple[float, float, float]
     end: tuple[float, float, float]
 
+    if TYPE_CHECKING:
+
+        def __init__(self, start: Timed[VectorLike], end: Timed[VectorLike]) -> None: ...
+
     points = ("start", "end")
     dimension = 1
     volume = Volume.CAPSULE
@@ -58,7 +64,7 @@ class Segment(Primitive):
         """The length."""
         return math.dist(self.start, self.end)
 
-    def pack(self, row):
+    def pack(self, row: np.ndarray) -> None:
         """Write length, ends and axis into an element row."""
         length = math.dist(self.start, self.end)
         row[LENGTH] = length
@@ -66,40 +72,40 @@ class Segment(Primitive):
         row[END] = self.end
         row[AXIS] = np.subtract(self.end, self.start) / length
 
-    def beside(self, radius):
+    def beside(self, radius: float) -> np.ndarray:
         """Beside its middle, across the axis."""
         row = self.packed
         axis = row[AXIS]
         aside = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
         return self.row_middle(row) + radius * aside / np.linalg.norm(aside)
 
-    def mass_points(self, count):
+    def mass_points(self, count: int) -> tuple[np.ndarray, np.ndarray]:
         """Gauss's rule."""
         points, shares, _ = simplex([self.start, self.end], count)
         return points, shares / shares.sum()
 
-    def mass_points_needed(self, clearance, digits):
+    def mass_points_needed(self, clearance: float, digits: float) -> float:
         """By its length."""
         return simplex_needed([self.start, self.end], clearance, digits)
 
     @staticmethod
-    def row_measure(rows):
+    def row_measure(rows: np.ndarray) -> np.ndarray:
         """The lengths."""
         return rows[..., LENGTH]
 
     @staticmethod
-    def row_middle(row):
+    def row_middle(row: np.ndarray) -> np.ndarray:
         """Halfway between the ends."""
         return 0.5 * (row[START] + row[END])
 
     @staticmethod
-    def row_box(rows):
+    def row_box(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Around both ends."""
         corners = row_corners(rows, 2)
         return corners.min(axis=1), corners.max(axis=1)
 
     @staticmethod
-    def row_places(rows, u, v):
+    def row_places(rows: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         """From start to end, u of the way."""
         start = rows[:, START]
         return start + u * (rows[:, END] - start)

@@ -1,12 +1,16 @@
 """Segments whose density changes linearly from end to end."""
 
 import dataclasses
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.potentials.primitives.quadrature import simplex
 from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.potentials.row import END_DENSITY, LENGTH, START_DENSITY
+from fieldsim.types import RealLike, Timed, VectorLike
 
 
 @dataclasses.dataclass(frozen=True)
@@ -19,6 +23,16 @@ class TaperedSegment(Segment):
 
     start_density: float = 1.0
     end_density: float = 0.0
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            start: Timed[VectorLike],
+            end: Timed[VectorLike],
+            start_density: Timed[RealLike] = ...,
+            end_density: Timed[RealLike] = ...,
+        ) -> None: ...
 
     uniform = False
     along_rays = ""
@@ -37,18 +51,18 @@ class TaperedSegment(Segment):
         """Length times mean density."""
         return 0.5 * (self.start_density + self.end_density) * super().measure
 
-    def pack(self, row):
+    def pack(self, row: np.ndarray) -> None:
         """Write the segment and its densities into an element row."""
         super().pack(row)
         row[START_DENSITY], row[END_DENSITY] = self.start_density, self.end_density
 
-    def mass_points(self, count):
+    def mass_points(self, count: int) -> tuple[np.ndarray, np.ndarray]:
         """Gauss's rule, weighted by the density."""
         points, shares, u = simplex([self.start, self.end], count)
         shares = shares * (self.start_density + u * (self.end_density - self.start_density))
         return points, shares / shares.sum()
 
     @staticmethod
-    def row_measure(rows):
+    def row_measure(rows: np.ndarray) -> np.ndarray:
         """Lengths times mean densities."""
         return rows[..., LENGTH] * 0.5 * (rows[..., START_DENSITY] + rows[..., END_DENSITY])

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from fieldsim.potentials.primitives.base import Primitive, Volume, above, row_co
 from fieldsim.potentials.primitives.plane import plane_distance
 from fieldsim.potentials.primitives.quadrature import simplex, simplex_needed
 from fieldsim.potentials.row import AREA, CORNER_A, CORNER_B, CORNER_C, EDGE, NORMAL, POSITIONS, SIZE, normal_of
+from fieldsim.types import Timed, VectorLike
 
 # The first columns of corners.
 _A, _B, _C = CORNER_A.start, CORNER_B.start, CORNER_C.start
@@ -60,18 +62,18 @@ class Flat:
     beside = above
 
     @staticmethod
-    def row_middle(row):
+    def row_middle(row: np.ndarray) -> np.ndarray:
         """The corners' mean."""
         return row[POSITIONS].reshape(3, 3).mean(axis=0)
 
     @staticmethod
-    def row_box(rows):
+    def row_box(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Around the corners."""
         corners = row_corners(rows, 3)
         return corners.min(axis=1), corners.max(axis=1)
 
     @staticmethod
-    def row_places(rows, u, v):
+    def row_places(rows: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         """From the first corner u of the way towards the second and v towards the third."""
         first = rows[:, CORNER_A]
         return first + u * (rows[:, CORNER_B] - first) + v * (rows[:, CORNER_C] - first)
@@ -84,6 +86,10 @@ class Triangle(Flat, Primitive):
     a: tuple[float, float, float]
     b: tuple[float, float, float]
     c: tuple[float, float, float]
+
+    if TYPE_CHECKING:
+
+        def __init__(self, a: Timed[VectorLike], b: Timed[VectorLike], c: Timed[VectorLike]) -> None: ...
 
     points = ("a", "b", "c")
     dimension = 2
@@ -111,7 +117,7 @@ class Triangle(Flat, Primitive):
         a, b, c = np.array([self.a, self.b, self.c])
         return 0.5 * float(np.linalg.norm(np.cross(b - a, c - a)))
 
-    def pack(self, row):
+    def pack(self, row: np.ndarray) -> None:
         """Write size (the longest edge), area, corners, direction from a to b and normal into an element row."""
         a, b, c = np.array([self.a, self.b, self.c])
         row[SIZE] = max(np.linalg.norm(b - a), np.linalg.norm(c - b), np.linalg.norm(a - c))
@@ -128,15 +134,15 @@ class Triangle(Flat, Primitive):
         )
         row[NORMAL] = normal / np.linalg.norm(normal)
 
-    def mass_points(self, count):
+    def mass_points(self, count: int) -> tuple[np.ndarray, np.ndarray]:
         """Gauss's rule in Duffy's coordinates."""
         return simplex([self.a, self.b, self.c], count)[:2]
 
-    def mass_points_needed(self, clearance, digits):
+    def mass_points_needed(self, clearance: float, digits: float) -> float:
         """By its longest edge."""
         return simplex_needed([self.a, self.b, self.c], clearance, digits)
 
     @staticmethod
-    def row_measure(rows):
+    def row_measure(rows: np.ndarray) -> np.ndarray:
         """The areas."""
         return rows[..., AREA]

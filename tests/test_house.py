@@ -225,7 +225,11 @@ def test_scenarios_stay_short_and_are_shown(script):
 # The house's counts: limits that are reached stay
 
 # What may be longer or have more branches, and why.
-LONG_FILES = {"tests/portable/test_portable.py", "tests/potentials/test_primitive_traits.py"}
+LONG_FILES = {
+    "fieldsim/dynamics/simulation.py",  # by 30 lines, of the types of its arguments
+    "tests/portable/test_portable.py",
+    "tests/potentials/test_primitive_traits.py",
+}
 # Kernels of the tracer, of contact and of Radau, which one propagator and one tracer are to replace; and formulas.
 GIANTS = {
     "contact_kernel", "contact_step", "first_hit", "march_kernel", "packet_kernel", "radau", "radau_kernel", "recorder",

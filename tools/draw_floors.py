@@ -19,6 +19,7 @@ COLUMNS = {
     "base": 0.5,
     "cli": 0.5,
     "dynamics": 0.3,
+    "files": 0.8,
     "filming": 0.68,
     "mujoco": 0.3,
     "orbits": 0.1,

@@ -15,7 +15,7 @@ import fieldsim.mujoco
 from fieldsim.dynamics.integrators.propagator import Propagator, StepTables
 from fieldsim.mujoco.experiment import Run as ExperimentRun
 from fieldsim.portable import Portable
-from fieldsim.render.output import video
+from fieldsim.render.output.formats import Writer, format_of
 from fieldsim.render.solvers.by_name import SOLVERS
 from fieldsim.render.solvers.protocol import PrimarySolver
 from fieldsim.scenario import ScenarioRun
@@ -169,8 +169,8 @@ def test_radau_flies_by_itself():
 
 @pytest.mark.parametrize("ending", ["a.mp4", "a.gif", "a.png", "frames/"])
 def test_every_format_of_films_has_a_writer(ending, tmp_path):
-    format = video._format_of(str(tmp_path / ending) + ("/" if ending.endswith("/") else ""))
-    wanted = {name for name in vars(video.Writer) if name[0] != "_"}
+    format = format_of(str(tmp_path / ending) + ("/" if ending.endswith("/") else ""))
+    wanted = {name for name in vars(Writer) if name[0] != "_"}
     assert wanted == {"check", "write", "finish", "publish", "keep", "abandon"}
     assert all(callable(getattr(format, name)) for name in wanted)
 

@@ -59,7 +59,7 @@ class Simulation(Uncopied):
     integrator: default `Leapfrog()`; "auto" is `Auto()`, which is replaced by its `choice`. time: of the start.
     device: "cpu" (default), "cuda", ...; threads: CPU threads (default all cores). State is float64, with
     compensated summation. The same inputs give the same bytes, whatever the number of threads.
-    log: how many events at surfaces are kept of each particle, the latest (see `events`).
+    log: how many events at surfaces are kept of each particle, the latest (see `contact.events`).
     """
 
     _remedy = "copy its world and make another Simulation, or keep simulation.snapshot()"

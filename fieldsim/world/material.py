@@ -146,7 +146,7 @@ class Material:
         return strength / self.threshold, fold
 
     def strength_on(self, primitive: Primitive) -> tuple[float, float]:
-        """(strength, fold) of a primitive, also of one that is measured by itself; see `calibration`."""
+        """(strength, fold) of a primitive, also of one that is measured by itself; see `potentials.calibration`."""
         validate.instance("Material.strength_on", "primitive", primitive, Primitive, "give one such as fs.Segment(...)")
         strength, fold = calibration.strength_on(self.surface_kernel, self.radius, primitive)
         return strength / self.threshold, fold

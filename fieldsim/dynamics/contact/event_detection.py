@@ -1,9 +1,9 @@
 """Event detection: when a particle in free flight first meets the surface F = 1, as Warp functions.
 
 Within a step a particle follows the parabola x + t v + t^2/2 a, which is leapfrog's drift for every t. Far from
-surfaces the search advances by the margin (see `margins`), near them by the surface's grain, with a cubic Hermite
-interpolant of the gap (see `gap`) that finds maxima between two outside ends. Crossings are bracketed and refined on
-the true gap, and the outside end of the bracket is taken: fast particles do not tunnel.
+surfaces the search advances by the margin (see `sources.margins`), near them by the surface's grain, with a cubic
+Hermite interpolant of the gap (see `gap`) that finds maxima between two outside ends. Crossings are bracketed and
+refined on the true gap, and the outside end of the bracket is taken: fast particles do not tunnel.
 """
 
 import functools

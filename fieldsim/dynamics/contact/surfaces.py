@@ -1,4 +1,4 @@
-"""Surfaces for contact: rows with their reach (see `margins`), those that move with the twist of their body."""
+"""Surfaces for contact: rows with their reach (see `sources.margins`), those that move with the twist of their body."""
 
 import math
 import warnings

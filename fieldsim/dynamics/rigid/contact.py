@@ -27,8 +27,8 @@ class Shells:
 
     points, weights: surface points and their area times stiffness. blocks: centres and radii of spheres around the
     points of each block, which end at block_end; those of body b begin at first_block[b]. rows, kinds: elements of the
-    surface fields with their reach (see `margins`), those of body b from first_row[b]. reach (B,): radius about the
-    centre of mass that holds the surface.
+    surface fields with their reach (see `sources.margins`), those of body b from first_row[b]. reach (B,): radius about
+    the centre of mass that holds the surface.
     """
 
     points: wp.array(dtype=wp.vec3d)

@@ -149,7 +149,7 @@ def drift_kernel(
 
 
 class MutualGravity(Uncopied):
-    """The pull of a world's particles on each other, all with one kernel (see `refusals`). len(): how many pull."""
+    """The pull of a world's particles on each other, all with one kernel. len(): how many pull."""
 
     _remedy = "copy what it gives, such as its energy"
 

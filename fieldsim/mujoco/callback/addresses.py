@@ -91,7 +91,7 @@ def release(typing_context, address):
 
 @functools.cache
 def call_sum(length: int):
-    """Numba function: call the C function of a sum (see `sums`); the numbers it gives, as a tuple."""
+    """Numba function: call the C function of a sum (see `field_callbacks`); the numbers it gives, as a tuple."""
     inputs = (types.intp, types.float64, types.float64, types.float64, *[types.intp] * 5)
 
     @intrinsic

@@ -28,9 +28,9 @@ SourcesLike: typing.TypeAlias = Field | Body | World | Sequence[Field | Body | W
 class Source(typing.NamedTuple):
     """Elements in one role.
 
-    rows (N, >= ROW_WIDTH), kinds (N,): see `elements`. groups (G, 3), of rows that move
-    together, and motions (G, 14), how: see `mujoco.callback.rows`.
-    field, jet, margin: see `sums` (0: not needed).
+    rows (N, >= ROW_WIDTH), kinds (N,): see `potentials.elements`. groups (G, 3), of rows that move together,
+    and motions (G, 14), how: see `mujoco.callback.rows`.
+    field, jet, margin: addresses of C functions, see `field_callbacks` (0: not needed).
     """
 
     rows: np.ndarray
@@ -49,8 +49,8 @@ class Plan(typing.NamedTuple):
     first_dof (nbody + 1,): its own degrees of freedom are first_dof[b] to first_dof[b + 1] - 1.
     points (P, 4): places in the bodies' inertial frames (of accuracy "points" in units of the spread of their mass) and
     shares of the mass, those of body k from first_point[k];
-    balls (B, 15) and law (4,): see `contact`, the balls of body k from first_ball[k]; reach (n,): of all of them, from
-    the centre of mass.
+    balls (B, 15) and law (4,): see `mujoco.contact.rows`, the balls of body k from first_ball[k]; reach (n,): of all of
+    them, from the centre of mass.
     """
 
     bodies: np.ndarray

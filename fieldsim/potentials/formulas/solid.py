@@ -84,7 +84,7 @@ s_7 = hole()
 
 @portable
 def _line_and_angle(d: real, w: real, rho2: real, lo: real, length: real):
-    """Integral of 1/r along an edge, and its part of the solid angle seen from height w; see `angles` of triangles."""
+    """Integral of 1/r along an edge, and its part of the solid angle seen from height w; see `numerics.angles`."""
     hi = lo + length
     r_lo = math.sqrt(lo * lo + rho2)
     r_hi = math.sqrt(hi * hi + rho2)

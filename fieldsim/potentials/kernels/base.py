@@ -6,7 +6,7 @@ A kernel is a frozen dataclass with one field, its width, and class attributes, 
   times = r2, which keeps their second derivatives finite where d2h/d(r^2)^2 alone overflows; others pass 1. fold is 0
   but for kernels that fold.
 - `inverse(level, width)`: where h falls to a level, NumPy; 0 where h is nowhere above it.
-- `width_of(radius, b)`: the width from the radius R and the blobbiness B = -b of a material (see `calibration`).
+- `width_of(radius, b)`: the width from the radius R and the blobbiness B = -b of a material (`potentials.calibration`).
 - `line`, `plane`: the field of a whole line and plane, at a distance: a `Whole`, `Diverges` or `FINITE`.
 - what its family adds: an inverse power (`PowerLaw`), an end (`Compact`), or, of neither, the methods of `Kernel`.
 

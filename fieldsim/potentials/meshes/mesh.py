@@ -1,4 +1,4 @@
-"""Triangle meshes: from arrays, or from files (see `readers`)."""
+"""Triangle meshes: from arrays, or from files (see `meshes.readers`)."""
 
 import dataclasses
 import os

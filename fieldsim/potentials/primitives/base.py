@@ -84,7 +84,7 @@ class Primitive:
     profiled: typing.ClassVar[bool] = False
     # The power of length that a row's column ANGLE is in: 0 for an angle, 1 for a length, 2 for an area.
     second_unit: typing.ClassVar[int] = 0
-    # The closed form of its Gaussian field along a ray, one of `render.solvers.packet`; "" where there is none.
+    # The closed form of its Gaussian field along a ray, of KINDS in `packet.gaussian_elements`; "" where there is none.
     along_rays: typing.ClassVar[str] = ""
 
     def __init_subclass__(cls, **options):

@@ -13,7 +13,7 @@ class SceneTables:
     """Elements relative to the eye; see `bounds.Bounded`.
 
     exact: the rows in float64; tolerance: of the field, relative to its level.
-    materials (M, ...), texels: see `materials`; pixel: angular size of a pixel.
+    materials (M, ...), texels: see `materials.table` and `materials.mipmaps`; pixel: angular size of a pixel.
     optics (M,): shares of light reflected and transmitted, index of refraction, 0; visible (N,): bits of the rays that
     meet an element. turns, shifts (M,): x -> turn x + shift takes a point to the frame of the material's body, in the
     world's units.

@@ -134,7 +134,7 @@ def bring_back(
 
 @functools.cache
 def ray_kernel(kinds_used, in_scratch=False):
-    """The kernel that traces rays from `Hits.origin`. in_scratch: see `shading.kernel_around`."""
+    """The kernel that traces rays from `Hits.origin`. in_scratch: see `lights.kernel_around`."""
     sweep = hermite.first_hit(kinds_used)
     record = recorder(kinds_used)
 

@@ -48,7 +48,7 @@ def aimed(p: wp.vec3, light: int, k: int, i: int, lights: Lights):
 
 @functools.cache
 def shade_kernel(kinds_used, in_scratch=False):
-    """The kernel that shades hits; in_scratch: see `shading.kernel_around`."""
+    """The kernel that shades hits; in_scratch: see `lights.kernel_around`."""
     sweep = hermite.first_hit(kinds_used)
     element = registry.element_field(kinds_used).warp(wp.float32)
 

@@ -8,8 +8,9 @@
 | numeric | samples of the true field, regula falsi where the sign changes | as hermite |
 | referee | safe steps on the true field in float64: slow, misses nothing | all that safe steps know |
 
-With "hermite", scenes of Gaussian points, segments and circles of positive strength are traced by `packet_tracer`,
-whose steps are not certified. Solvers differ in primary rays; shadows, reflection and refraction are the default's.
+With "hermite", scenes of Gaussian points, segments and circles of positive strength are traced by
+`packet.packet_tracer`, whose steps are not certified. Solvers differ in primary rays; shadows, reflection and
+refraction are the default's.
 """
 
 import difflib

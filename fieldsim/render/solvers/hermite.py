@@ -2,8 +2,8 @@
 
 Along a ray the function g is 2 (sqrt F - 1) outside and log F inside: both vanish at the surface with dg/dF = 1; the
 square root is smooth where compact kernels end, and the logarithm stays bounded where F does not. For elements of
-positive strength g'' >= -K where F < 1 (see `bounds`), so that g + K t^2 / 2 is convex and lies below its chords. A
-*leap* from a node with g < 0 has the length h = sqrt(-2 g / K). If F < 1 at its end, then F < 1 all along it; if
+positive strength g'' >= -K where F < 1 (see `scene.bounds`), so that g + K t^2 / 2 is convex and lies below its chords.
+A *leap* from a node with g < 0 has the length h = sqrt(-2 g / K). If F < 1 at its end, then F < 1 all along it; if
 F >= 1, the root between is the first one, because the chord up to it lies below 0. Leaps are long far from a surface,
 and on the way past one they shrink no faster than its distance: the result does not depend on a number of samples. (1/r
 and 1/r^2 have no finite K next to their skeleton; as K = order / D^2 at the distance D, their leap is h = D s / (1 + s)
@@ -13,7 +13,7 @@ its ends still excludes a root.
 In the bracket, the roots of ever shorter cubics converge to the true one. The field is evaluated in one place of the
 loop; what follows depends on the mode. Neglected: contributions beyond an element's reach, and maxima that rise above
 the level by less than the tolerance. Inside a body, on the way out, no bound K is known; `INWARD` times K is used. With
-strengths of both signs K is no bound either, and is multiplied by a factor (see `bounds`).
+strengths of both signs K is no bound either, and is multiplied by a factor (see `scene.bounds`).
 
 Sherstyuk 1999, chapter 4; Nishimura et al. 1985. Sphere tracing (Hart 1996) leaps by a bound of the slope.
 """

@@ -2,8 +2,8 @@
 
 It evaluates the true field of all elements, without interpolants, bounding volumes or candidate lists: the reference
 for the fast tracers. At each point of the ray it takes the longer of two steps: the longest of a few for which the
-elements' bounds (see `safe_step`) exclude a crossing, and the one that follows from the field's slope and greatest
-curvature, which converges to the surface quadratically. Hart 1996 traces rays by such bounds.
+elements' bounds (see `bounds.safe_step`) exclude a crossing, and the one that follows from the field's slope and
+greatest curvature, which converges to the surface quadratically. Hart 1996 traces rays by such bounds.
 """
 
 # ruff: noqa: UP018, RUF046 - int(0) makes a variable that Warp lets a loop change

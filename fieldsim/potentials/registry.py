@@ -53,7 +53,8 @@ def formula_of(kernel, primitive) -> Formula:
     try:
         return FORMULAS[type(kernel), type(primitive)]
     except KeyError:
-        known = ", ".join(sorted(f"{k.__name__} on {p.__name__}" for k, p in FORMULAS))
+        near = [pair for pair in FORMULAS if type(kernel) is pair[0] or type(primitive) is pair[1]]
+        known = ", ".join(sorted(f"{k.__name__} on {p.__name__}" for k, p in near or FORMULAS))
         raise InputError(f"no field is known for {kernel!r} on {primitive!r}; known: {known}") from None
 
 

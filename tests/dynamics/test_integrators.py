@@ -296,6 +296,20 @@ def test_bad_steps_and_tables_are_refused():
     ):
         with pytest.raises(fs.InputError, match="Mine: "):
             type("Mine", (Splitting,), {"order": 1, **tables})
+    good = {"order": 2, "kicks": (0.25, 0.5, 0.25), "drifts": (0.5, 0.5), "gradients": (0.0, 0.0, 0.0)}
+    assert type("Mine", (Splitting,), good).evaluations == 2
+    for name in good:
+        with pytest.raises(fs.InputError, match=f"Mine: the splitting has no '{name}'; give"):
+            type("Mine", (Splitting,), {key: value for key, value in good.items() if key != name})
+    for name, value, words in (
+        ("kicks", (0.25, 0.6, 0.25), "the sum of kicks is 1.1; give"),
+        ("drifts", (0.4, 0.5), "the sum of drifts is 0.9; give"),
+        ("drifts", (0.4, 0.6), "drifts is no palindrome; give"),
+        ("gradients", (0.0, "x", 0.0), "gradients is an array of strings"),
+        ("order", 2.5, "order is 2.5; give a whole number"),
+    ):
+        with pytest.raises(fs.InputError, match=f"Mine: {words}"):
+            type("Mine", (Splitting,), {**good, name: value})
 
 
 def test_a_run_that_fails_keeps_its_snapshots():

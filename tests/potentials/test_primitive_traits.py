@@ -131,6 +131,24 @@ def test_a_class_without_a_trait_is_refused(name):
     type("Like", (fs.Segment,), traits)
 
 
+@pytest.mark.parametrize(
+    ("name", "wrong"),
+    [
+        ("points", "start"),
+        ("dimension", 1.5),
+        ("volume", "capsule"),
+        ("distance", math.dist),
+        ("straight", 1),
+        ("nearby", "2"),
+        ("corners", 2.0),
+    ],
+)
+def test_a_trait_of_a_wrong_type_is_refused(name, wrong):
+    traits = {trait: getattr(fs.Segment, trait) for trait in Primitive.REQUIRED}
+    with pytest.raises(fs.InputError, match=f"class Odd: {name} is .*; give .*{Primitive.REQUIRED[name][:10]}"):
+        type("Odd", (Primitive,), {**traits, name: wrong})
+
+
 @pytest.mark.parametrize("primitive", EXAMPLES, ids=named)
 def test_traits_are_of_their_kind(primitive):
     assert isinstance(primitive.volume, Volume)

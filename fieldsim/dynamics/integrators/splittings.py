@@ -25,7 +25,7 @@ class Integrator:
 
 @dataclasses.dataclass(frozen=True)
 class Splitting(Integrator):
-    """A symplectic method of fixed steps; a subclass gives its `order` and its tables.
+    """A symplectic method of fixed steps; a subclass gives its `order` and its tables, else it is refused.
 
     dt: the longest step; a simulation shortens it so that whole steps land on the times it is asked for.
     kicks and gradients (s + 1), drifts (s): one step is kick 0, drift 0, kick 1, ..., drift s - 1, kick s. Where the
@@ -47,6 +47,7 @@ class Splitting(Integrator):
     evaluations: ClassVar[int]
 
     def __init_subclass__(cls):
+        _check(cls)
         stages = len(cls.drifts)
         if not len(cls.kicks) == len(cls.gradients) == stages + 1:
             raise InputError(f"{cls.__name__}: {stages} drifts want {stages + 1} kicks and gradients")
@@ -74,6 +75,25 @@ class Splitting(Integrator):
             raise InputError(f"{name}: dt is {self.dt:g}, too short for a duration of {duration:g}; give a longer dt")
         count = math.ceil(count)
         return count, duration / count if count else 0.0
+
+
+def _check(cls):
+    """Raise InputError for a subclass of Splitting without an order or a table, or with tables of no step."""
+    for name in ("order", "kicks", "drifts", "gradients"):
+        if not hasattr(cls, name):
+            raise InputError(
+                f"{cls.__name__}: the splitting has no {name!r}; give order (a whole number), kicks and gradients "
+                "(s + 1 numbers each) and drifts (s numbers)"
+            )
+    validate.whole(cls.__name__, "order", cls.order, at_least=1)
+    for name in ("kicks", "drifts", "gradients"):
+        table = validate.numbers(cls.__name__, name, getattr(cls, name), shape=(None,))
+        if name != "gradients" and abs(math.fsum(table) - 1.0) > 1e-12:
+            raise InputError(
+                f"{cls.__name__}: the sum of {name} is {math.fsum(table):.15g}; give shares of a step, of sum 1"
+            )
+        if not np.allclose(table, table[::-1], rtol=0.0, atol=1e-12):
+            raise InputError(f"{cls.__name__}: {name} is no palindrome; give a table that reads the same backwards")
 
 
 def moments(steps, nodes):

@@ -25,14 +25,27 @@ LEAST, MOST = 1e-60, validate.FARTHEST
 class Volume(enum.IntEnum):
     """What lies within a distance of a primitive: its bounding volume, and the solid it is drawn as when drawn hard.
 
-    The renderer knows each volume once: how a ray pierces it, how it is drawn, how a picture lies around it.
+    The renderer knows each volume once: how a ray pierces it, how it is drawn, how a picture lies around it. It reads
+    where the volume is from columns of the row, which `pack` writes (see `potentials.row`).
     """
 
-    BALL = 0
-    CAPSULE = 1
-    TUBE = 2  # around an arc
-    PRISM = 3  # around a triangle, with round edges
-    SLAB = 4
+    BALL = 0  # around POINT
+    CAPSULE = 1  # from START to END
+    TUBE = 2  # around an arc: CENTER, FIRST, NORMAL, RADIUS, ANGLE
+    PRISM = 3  # around a triangle, with round edges: CORNER_A, CORNER_B, CORNER_C, NORMAL, AREA
+    SLAB = 4  # on both sides of the plane through POINT across NORMAL
+
+
+# Types of the traits that are values.
+_TYPES = {
+    "points": tuple,
+    "dimension": int,
+    "volume": Volume,
+    "distance": Portable | None,
+    "straight": bool,
+    "nearby": int | float,
+    "corners": int,
+}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -93,6 +106,8 @@ class Primitive:
             # What only Primitive itself has is its declaration.
             if not any(name in vars(one) for one in cls.__mro__ if one is not Primitive):
                 raise InputError(f"class {cls.__name__} lacks the trait {name!r}; define {name}, {what}")
+            if name in _TYPES and not isinstance(getattr(cls, name), _TYPES[name]):
+                raise InputError(f"class {cls.__name__}: {name} is {validate.shown(getattr(cls, name))}; give {what}")
 
     def __post_init__(self):
         if self.animated:
@@ -212,7 +227,8 @@ class Primitive:
     def row_places(rows: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Points (N, 3) of packed rows (N, ROW_WIDTH) at parameters (N, 1) from 0 to 1.
 
-        u runs along a curve; on a triangle u and v, u + v <= 1, run along two edges.
+        u runs along a curve; on a triangle u and v, u + v <= 1, run along two edges. Places are continuous in u and v:
+        meshes halve the parameters until pieces are shorter than the surface is deep.
         """
         raise NotImplementedError
 

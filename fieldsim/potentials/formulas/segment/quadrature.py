@@ -68,6 +68,9 @@ def register_segments(kernel: type[Kernel]) -> None:
     Its law must be smooth within its radius. Raises InputError for a kernel that does not end.
     """
     if not kernel.compact:
-        raise InputError(f"{kernel.__name__} has no end, where quadrature on segments could; derive Compact")
+        raise InputError(
+            f"{kernel.__name__} has no end, which the quadrature on segments needs; derive it from Compact, or "
+            "register a closed form on Segment"
+        )
     local = _segment.bind(law=kernel.law)
     register(kernel, Segment, segment_jet.bind(kernel=local))

@@ -29,7 +29,7 @@ class _Hearing:
         # When a signal was raised last; since when one waits, while something is being kept.
         self.raised, self.keeping = -_CLOSELY, False
         self.waiting: float | None = None
-        # Handlers of others, and that signals are ignored (as `nohup` asks for), stay as they are.
+        # Handlers of others, and that signals are ignored (as by `nohup`), stay as they are.
         usual = (signal.SIG_DFL, signal.default_int_handler)
         for name in names:
             number = getattr(signal, name, None)  # not every system has all

@@ -154,7 +154,7 @@ class _Notice:
 
     @contextlib.contextmanager
     def elsewhere(self):
-        """While the block runs, something else tells of it, as a bar does."""
+        """While the block runs, something else shows that, as a bar does."""
         self.muted += 1
         try:
             yield

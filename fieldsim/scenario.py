@@ -53,7 +53,7 @@ class RunLog(DriftLog, Protocol):
 
 @runtime_checkable
 class ScenarioRun(Run, Protocol):
-    """A run that a scenario begins: it computes, and can tell what it took, for the report on a film.
+    """A run that a scenario begins: it computes, and counts what it took, for the report on a film.
 
     integrator: what moves things, by its text; choice: what `Auto` chose, or None.
     """

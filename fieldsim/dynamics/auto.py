@@ -1,4 +1,4 @@
-"""A method and a step for an asked accuracy, found by short trial runs."""
+"""A method and a step for a given accuracy, found by short trial runs."""
 
 import dataclasses
 import math
@@ -69,7 +69,7 @@ class Auto(Integrator):
     A sample of the particles (64, and all that pull each other) first flies ahead for 30 spans, and the trials begin
     shortly before the closest passages that it meets there: with Radau, where that can fly; else with the method chosen
     first, and what fails on the way is tried, too. A passage closer still, later or by a particle not in the sample is
-    not foreseen (`EnergyLog` tells of it). Where the flight ends early, or the tolerance cannot be kept on it, a
+    not foreseen (`EnergyLog` warns of it). Where the flight ends early, or the tolerance cannot be kept on it, a
     FieldsimWarning and the `Choice` say until when the choice is good.
     """
 

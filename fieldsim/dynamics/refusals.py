@@ -1,4 +1,4 @@
-"""What tools and methods do not know of a world: one table, asked where a tool is called or a simulation is made.
+"""What tools and methods do not know of a world: one table, read where a tool is called or a simulation is made.
 
 Nothing is left out in silence, and nothing is refused in the middle of a run.
 """

@@ -74,7 +74,7 @@ class Simulation(Uncopied):
         threads: WholeLike | None = None,
         log: WholeLike = 4,
     ):
-        # The world given is asked, at every turn, whether it has changed since: what it got later would move nothing.
+        # Checked at every call: whether the world has changed since. What was added later would move nothing.
         self._given, self.world = world, given_world("Simulation", world)
         world = self.world
         self._time = validate.number("Simulation", "time", time)
@@ -343,7 +343,7 @@ class Simulation(Uncopied):
 
     @contextlib.contextmanager
     def _manoeuvre(self):
-        """What happens within is a manoeuvre: what keeps account of the motion is told of it."""
+        """What happens within is a manoeuvre: diagnostics that follow the motion are notified."""
         before = [ledger.measured() for ledger in self._ledgers]
         yield
         for ledger, measured in zip(self._ledgers, before, strict=True):

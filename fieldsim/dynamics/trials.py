@@ -98,13 +98,13 @@ def evaluation_cost(simulation) -> float:
     cost = count + count * len(simulation.mutual) / PAIRS
     if simulation.bodies:
         cost += BODIES_COST + simulation.bodies.pairs / PAIRS
-    cost += FUNCTION_COST * sum(map(_asked, acting(simulation.world)))
+    cost += FUNCTION_COST * sum(map(_calls_python, acting(simulation.world)))
     touching = any(particles.contact for particles in simulation.world.particles)
     return max(FEWEST, cost) * (CONTACT_COST if touching else 1)
 
 
-def _asked(body):
-    """Whether functions of Python's have to be asked where a body is, or what."""
+def _calls_python(body):
+    """Whether a body's place or shape is a function of time, which Python has to call."""
     return body.deforming or (body.moving and not isinstance(body.motion, Spin | Rigid))
 
 

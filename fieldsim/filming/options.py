@@ -1,4 +1,4 @@
-"""What a film is asked for, and the plan that follows from it: every default filled in, every refusal made."""
+"""Options of a film, and the plan that follows from them: every default filled in, every refusal made."""
 
 import dataclasses
 import os
@@ -39,7 +39,7 @@ _CHECKS = {
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class FilmOptions:
-    """What `film` may be asked for besides a scenario and a path, checked; None stands for the default.
+    """Options of `film` besides a scenario and a path, checked; None stands for the default.
 
     The meanings are those of `film`'s arguments of the same names.
     """
@@ -74,7 +74,7 @@ class FilmOptions:
 class FilmPlan:
     """A film that can be made.
 
-    scenario: with the integrator asked for; options: what was asked for; recorded: the run that is replayed;
+    scenario: with the integrator of the options; options: as given; recorded: the run that is replayed;
     times: of the frames that are simulated; size: (width, height) of the scenario's picture, frame: of the film's;
     still: whether only the last frame is drawn; warnings: words on what the user may not expect.
     """

@@ -53,7 +53,7 @@ def timestep(model, backwards: bool = True) -> None:
 
 
 def without_passive_forces(model) -> str | None:
-    """What to do about an option under which MuJoCo would not ask for forces; None where it does ask."""
+    """What to do about an option under which MuJoCo would not call the callback; None where it does."""
     bits = mujoco.mjtDisableBit
     off = ("mjDSBL_PASSIVE",) if hasattr(bits, "mjDSBL_PASSIVE") else ("mjDSBL_SPRING", "mjDSBL_DAMPER")
     if all(model.opt.disableflags & getattr(bits, name) for name in off):
@@ -62,7 +62,7 @@ def without_passive_forces(model) -> str | None:
 
 
 def options(model) -> None:
-    """Refuse options of the model under which MuJoCo would not ask for forces."""
+    """Refuse options of the model under which MuJoCo would not call the callback."""
     remedy = without_passive_forces(model)
     if remedy:
         raise InputError(

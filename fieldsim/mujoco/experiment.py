@@ -28,10 +28,10 @@ from fieldsim.scenario import RunLog, Scenario, ScenarioRun
 from fieldsim.types import RealLike
 from fieldsim.world.world import World
 
-# What MuJoCo counts when a state has ceased to be one.
+# MuJoCo's warnings of a state that is NaN, infinite or huge.
 BAD = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
 
-# Steps at most of a run; and between two looks for an interrupt.
+# Greatest number of steps of a run; steps between two checks for an interrupt.
 MOST_STEPS, AT_ONCE = 10**9, 1000
 
 
@@ -102,7 +102,7 @@ class Experiment(Scenario):
         self.scene  # noqa: B018 - refuses what it cannot draw now, not when it is filmed
 
     def _without_gravity(self, model):
-        """A copy without gravity of its own, where it shall not be kept: energies are asked for between steps, too."""
+        """A copy without gravity of its own, where it shall not be kept: energies are computed between steps, too."""
         if self.keep_gravity is False:
             model = copy.copy(model)
             model.opt.gravity[:] = 0.0
@@ -223,8 +223,8 @@ class Run:
 class ModelLog:
     """Follows the total energy of an experiment's model, and the invariants of the world's particles if there are any.
 
-    What contacts, damping and motors take or give shows as drift, as it should; what was gained is told besides, for
-    without motors, and planets that move, there should be none.
+    What contacts, damping and motors take or give shows as drift, as it should; what was gained is reported besides,
+    for without motors, and planets that move, there should be none.
     """
 
     def __init__(self, run: Run, others: RunLog | None):

@@ -58,7 +58,7 @@ class FieldForces(Uncopied):
     contact: a `Contact`, for the surfaces of sources that are Bodies. keep_gravity: what to do with the model's own
     gravity where it is on: True keeps it, False switches it off while in the field (copies made within stay without).
     native: run as native code, without Python or its lock; False runs the same in Python, slowly, to debug. Where a
-    source moves or deforms by a function of time, that function is asked in Python at every stage.
+    source moves or deforms by a function of time, that function is called in Python at every stage.
 
     Numbers of the model may be changed at any time (masses, inertias, frames and sizes of geoms, what touches, the time
     step): the next stage of a step sees it, as does every question; vertices of meshes are seen by questions, and
@@ -374,7 +374,7 @@ class FieldForces(Uncopied):
         return whole
 
     def _own(self, data):
-        """The data asked about: its own, or one of this model or of a copy, with a finite state."""
+        """The data meant: its own, or one of this model or of a copy, with a finite state."""
         data = self.data if data is None else data
         if not (isinstance(data, mujoco.MjData) and entries.is_copy(self.entry, data.model._address)):
             checks.own_data(self.model, data)

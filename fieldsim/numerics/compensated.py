@@ -18,7 +18,7 @@ VELTKAMP_SINGLE = 2.0**12 + 1.0
 
 @portable
 def two_sum(a: real, b: real):
-    """A + b as rounded, and what that lacks, exactly. Knuth 1969."""
+    """The sum a + b as rounded, and what that lacks, exactly. Knuth 1969."""
     s = a + b
     part = s - a
     return s, (a - (s - part)) + (b - part)
@@ -26,7 +26,7 @@ def two_sum(a: real, b: real):
 
 @portable
 def two_difference(a: real, b: real):
-    """A - b as rounded, and what that lacks, exactly."""
+    """The difference a - b as rounded, and what that lacks, exactly."""
     d = a - b
     back = d - a
     return d, (a - (d - back)) - (b + back)
@@ -50,7 +50,7 @@ def half_digits():
 
 @portable
 def split_at(x: real, grid: real):
-    """X as a multiple of grid times the type's rounding, and the rest; exact for |x| below grid."""
+    """The number x as a multiple of grid times the type's rounding, and the rest; exact for |x| below grid."""
     high = (x + grid) - grid
     return high, x - high
 
@@ -68,7 +68,7 @@ def split(x: real):
 
 @portable
 def two_product(a: real, b: real):
-    """A b as rounded, and what that lacks, exactly. Dekker 1971."""
+    """The product a b as rounded, and what that lacks, exactly. Dekker 1971."""
     p = a * b
     a1, a2 = split(a)
     b1, b2 = split(b)

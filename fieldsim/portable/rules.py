@@ -44,7 +44,8 @@ _REMEDIES = {
 def check(function, names, is_portable, annotations) -> None:
     """Raise PortableError, naming function, line and remedy, if `function` breaks a rule.
 
-    names: its global names as bound; is_portable: tells portable functions; annotations: the marks it may carry.
+    names: its global names as bound; is_portable(value): whether it is a portable function;
+    annotations: the marks it may carry.
     """
     tree = _parse(function)
     definition = tree.body[0]

@@ -13,7 +13,7 @@ from fieldsim.types import RealLike, Timed
 
 @dataclasses.dataclass(frozen=True)
 class _SpreadMass:
-    """G times a mass over the measure of a skeleton, at a time. Every element asks for it at the same one."""
+    """G times a mass over the measure of a skeleton, at a time. Every element needs it at the same one."""
 
     owner: str
     primitives: tuple[Primitive, ...]

@@ -24,7 +24,7 @@ _MOST_INFLATED = 1032
 # Bytes of what a recording says of its run, and of the header before it.
 MOST_ABOUT, _MOST_WORDS = 1 << 20, (1 << 20) + 1024
 
-# The marks of an archive's last lines and how many entries they tell of: first those of a long one.
+# The marks of an archive's last lines and how many entries they count: first those of a long one.
 _ENDS = struct.Struct("<4s28xQ36x4s6xH10x")
 
 

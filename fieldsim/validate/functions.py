@@ -1,4 +1,4 @@
-"""Calls of users' own functions: what goes wrong in them is told with the line of the user's file."""
+"""Calls of users' own functions: an error in them is reported with the line of the user's file."""
 
 import os
 import traceback

@@ -11,7 +11,7 @@ from fieldsim.types import ColorLike, PathLike, RealLike, VectorLike, WholeLike
 from fieldsim.world.color import color_rgb
 from fieldsim.world.pixels import Pixels
 
-# What a pixel is given at most must not keep Ctrl-C waiting.
+# Rays towards a light, at most: one pixel with more would delay the answer to Ctrl-C.
 MOST_SAMPLES = 1 << 14
 
 
@@ -144,7 +144,7 @@ class Background:
 
     @functools.cached_property
     def pixels(self) -> Pixels | None:
-        """The picture."""
+        """The picture, or None for a gradient."""
         return None if self.image is None else Pixels("Background", self.image)
 
     @property

@@ -9,7 +9,7 @@ from fieldsim.world.world import Snapshot
 class Run(Protocol):
     """A world under way: a `Simulation`, the run of a MuJoCo experiment, or a `Replay` of a recording.
 
-    Films, recordings and comparisons take any: they ask it to go on, and draw or keep its snapshots.
+    Films, recordings and comparisons take any: they advance it, and draw or keep its snapshots.
     """
 
     @property

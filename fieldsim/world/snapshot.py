@@ -22,7 +22,7 @@ from fieldsim.world.shapes import ShapeGroup, checked_poses
 
 
 class WorldValue(typing.Protocol):
-    """What a snapshot, and whoever computes, may ask of a world: a `World` without the steps that build one."""
+    """What a snapshot, and all that computes, may read of a world: a `World` without the steps that build one."""
 
     @property
     def bodies(self) -> tuple[Body, ...]:

@@ -21,7 +21,7 @@ from fieldsim.world.pixels import Pixels
 class Texture:
     """What a material may have in place of a colour."""
 
-    # How the renderer tells textures apart; 0 is a plain colour.
+    # Its number in the renderer's tables; 0 is a plain colour.
     kind: ClassVar[int]
 
     @property

@@ -79,7 +79,7 @@ class EnergyLog(Uncopied):
 
     Still bodies keep each particle's energy; bodies that all turn with one Spin keep its Jacobi integral; for other
     motions the work that they do is followed and taken off (see `Work`), at some cost, for which functions of time are
-    also asked up to a sixteenth of a step before the start and after the end; under Radau, whose steps are each
+    also called up to a sixteenth of a step before the start and after the end; under Radau, whose steps are each
     particle's own, it is not, and no particle is judged, nor where bodies move freely, particles pull each other, or
     moving surfaces repel them. Particles that touched a surface lose or gain energy there and are left out from then
     on, as are those that escaped.

@@ -1,4 +1,4 @@
-"""What diagnostics ask of the run that they follow."""
+"""What diagnostics need of the run that they follow."""
 
 from typing import Any, Protocol
 
@@ -12,7 +12,7 @@ from fieldsim.world.world import World
 
 
 class Ledger(Protocol):
-    """What keeps account of a motion, such as an `EnergyLog`, and is told of manoeuvres (see `Simulation.account`)."""
+    """What keeps account of a motion, such as an `EnergyLog`, and gets manoeuvres (see `Simulation.account`)."""
 
     def measured(self) -> Any:
         """What a manoeuvre may change, now."""

@@ -1,4 +1,4 @@
-"""What a simulation asks of its methods: the tables of a splitting, or a propagator that flies by itself."""
+"""What a simulation needs of its methods: the tables of a splitting, or a propagator that flies by itself."""
 
 from typing import Any, ClassVar, Protocol, runtime_checkable
 

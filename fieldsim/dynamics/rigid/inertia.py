@@ -82,7 +82,7 @@ def _moments(points, weights):
 
 
 def once_for_equals(function):
-    """`function` of a body, wherever it is and moves: asked once for bodies that are equal but for their motion."""
+    """`function` of a body, wherever it is and moves: called once for bodies that are equal but for their motion."""
     kept = functools.lru_cache(maxsize=64)(function)
 
     @functools.wraps(function)

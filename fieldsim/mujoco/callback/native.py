@@ -52,7 +52,7 @@ def library():
 def _asking(function):
     """Numba function (model, data): call a Python function of these addresses, and leave MuJoCo with what it raises.
 
-    A third argument tells whether the thread is none of Python's: nobody may be there to take what is raised.
+    A third argument: whether the thread is none of Python's, where nobody may be there to catch what is raised.
     """
     lock, unlock = python_function("PyGILState_Ensure"), python_function("PyGILState_Release")
     number, triple = python_function("PyLong_FromSsize_t"), python_function("PyTuple_New")

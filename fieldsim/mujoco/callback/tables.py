@@ -114,13 +114,13 @@ class _Part:
 class SourceTable:
     """The sources in one role ("gravity" or "surface"), as arrays that stay where they are.
 
-    needs: which sums are asked for. `at(time)` brings the rows of those that only Python can move up to date, in place.
+    needs: names of its sums. `at(time)` renews, in place, the rows of those that only Python can move.
     """
 
     def __init__(self, sources, role: str, time: float, needs=(), native: bool = True):
         self.role = role
         parts = [part for part in (_part(source, role) for source in sources) if part and len(part.elements(time))]
-        # What neither moves nor needs Python, as one group; then what spins; then what is renewed.
+        # What neither moves nor needs Python, as one group; then what spins; then what Python moves.
         self._parts = parts
         still = [part for part in parts if not (part.spins or part.timed)]
         spinning = [part for part in parts if part.spins]

@@ -66,7 +66,7 @@ class Scene:
         self._compose()
 
     def _compose(self):
-        """Make the world of what the model is now, and tell of what is left out."""
+        """Make the world of what the model is now, and warn of what is left out."""
         self._looks = _looks_of(self.model), self.given.frozen()
         _, world = self._looks
         stood_for = {geom for skin in self.skins for geom in skin.geoms}

@@ -1,4 +1,4 @@
-"""Tetrahedra that fill a cube, finer where it is asked for: bisection that keeps their faces whole (Maubach 1995)."""
+"""Tetrahedra that fill a cube, finer where needed: bisection that keeps their faces whole (Maubach 1995)."""
 
 import itertools
 

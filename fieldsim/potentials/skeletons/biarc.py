@@ -37,7 +37,7 @@ def fitted(position, velocity, start, end, tolerance):
     while pieces:
         t0, t1, depth = pieces.pop()
         if len(result) >= FORESEEN:
-            # What is done, from the start on, tells how many there will be.
+            # From the part done so far follows how many there will be.
             count = len(result) * (end - start) / (t0 - start)
             validate.bounded("curve", "arcs", count, MOST_PRIMITIVES, "give a larger tolerance, or a shorter curve")
         path = position(t0 + (t1 - t0) * SAMPLES)

@@ -1,4 +1,4 @@
-"""What the tracer asks of a solver of primary rays."""
+"""What the tracer needs of a solver of primary rays."""
 
 from typing import Any, Protocol, runtime_checkable
 

@@ -291,7 +291,7 @@ closed_form = hole("ax, ay, bx, by, cx, cy, d_ab, d_bc, d_ca, z, k, fold")
 def triangle_jet(x: real, y: real, z: real, rows: Table, i: int):
     """Jet of a triangle.
 
-    From the squared distance of its middle, `is_gone(away, size, k)` tells whether the kernel vanishes all over it, and
+    From the squared distance of its middle, `is_gone(away, size, k)` is whether the kernel vanishes all over it, and
     `points` how many points a side `distant` takes; 0 where it does not do.
     """
     e1x, e1y, e1z = edge_of(rows, i)

@@ -8,7 +8,7 @@ import numpy as np
 from fieldsim.errors import InputError
 from fieldsim.potentials.meshes.readers.common import checked
 
-# Of a scene that shows its parts again and again; files themselves are as large as what they hold.
+# Limits of a scene, which may show one mesh in very many places and be far larger than its file.
 MOST_TRIANGLES = 1 << 25
 MOST_PARTS = 1 << 16
 

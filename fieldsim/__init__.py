@@ -3,8 +3,8 @@
 `import fieldsim as fs`; every public name is listed in `__all__`.
 """
 
-from types import ModuleType
-from typing import TYPE_CHECKING
+import types as _types
+import typing
 
 from fieldsim import plots, sampling
 from fieldsim.cli.program import main
@@ -80,7 +80,7 @@ from fieldsim.world.snapshot import Snapshot
 from fieldsim.world.texture import Checker, Clouds, ImageTexture, Marble, SolidTexture, Texture, Wood
 from fieldsim.world.world import World
 
-if TYPE_CHECKING:
+if typing.TYPE_CHECKING:
     from fieldsim import mujoco as mujoco  # loaded when first asked for, below
 
 __all__ = [
@@ -209,7 +209,7 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> ModuleType:
+def __getattr__(name: str) -> _types.ModuleType:
     """`fieldsim.mujoco`, loaded when first asked for."""
     if name == "mujoco":
         import importlib

@@ -1,3 +1,3 @@
-"""Skeletons convolved with kernels. Importing the package registers all formulas, in the order of `registered`."""
+"""Skeletons convolved with kernels. Importing the package registers all formulas, in `formulas.registered`'s order."""
 
 import fieldsim.potentials.formulas.registered  # noqa: F401 - registers the formulas

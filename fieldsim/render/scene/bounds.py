@@ -7,7 +7,7 @@ The *bend* K of an element is a number such that along any ray, where its field 
 log F (compact kernels: of 2 sqrt F) is at least -K. It is that of the kernel, however the kernel is spread: for
 F = integral of exp(phi), (log F)'' is the mean of phi'' plus a variance, so that together the sharpest counts; for
 F = integral of v^2, (sqrt F)'' is at least integral(v v'') / sqrt(F), and so at least -max|v''| sqrt(measure), and
-several add up as the root of the sum of their squares. See `hermite` for its use.
+several add up as the root of the sum of their squares. See `solvers.hermite` for its use.
 """
 
 import dataclasses

@@ -226,7 +226,6 @@ def test_scenarios_stay_short_and_are_shown(script):
 
 # What may be longer or have more branches, and why.
 LONG_FILES = {
-    "fieldsim/dynamics/simulation.py",  # by 30 lines, of the types of its arguments
     "tests/portable/test_portable.py",
     "tests/potentials/test_primitive_traits.py",
 }

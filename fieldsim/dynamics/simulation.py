@@ -12,8 +12,9 @@ from fieldsim import validate
 from fieldsim.copies import Uncopied
 from fieldsim.dynamics.auto import Auto, Choice, IntegratorLike, choose, integrator_of, warn_of_caveat
 from fieldsim.dynamics.bare_sources import refuse_particles_on_sources
-from fieldsim.dynamics.contact.events import Events, contact_particles, events_of
+from fieldsim.dynamics.contact.events import contact_particles
 from fieldsim.dynamics.contact.particle_state import WRITTEN
+from fieldsim.dynamics.contact.readings import ContactReadings
 from fieldsim.dynamics.contact.release import released
 from fieldsim.dynamics.contact.surfaces import surfaces_touched
 from fieldsim.dynamics.diagnostics.followed import Ledger
@@ -53,7 +54,7 @@ LAUNCH_ROWS = 65_536
 GROUND = 1e-3
 
 
-class Simulation(Uncopied):
+class Simulation(ContactReadings, Uncopied):
     """A world's free bodies and particles in motion; bodies pull particles, not particles bodies.
 
     integrator: default `Leapfrog()`; "auto" is `Auto()`, which is replaced by its `choice`. time: of the start.
@@ -186,8 +187,7 @@ class Simulation(Uncopied):
     def _march(self, until):
         """Equal steps to the time `until`."""
         count, dt = self._splitting.steps(until - self.time)
-        grain = np.spacing(max(abs(until), abs(self.time)))
-        if count and dt < grain:
+        if count and dt < (grain := np.spacing(max(abs(until), abs(self.time)))):
             raise InputError(
                 f"Simulation.advance: dt is {dt:g}, too short for times about {until:g}, which are {grain:.2g} apart; "
                 "let the run start at an earlier time, or give a longer dt"
@@ -366,36 +366,6 @@ class Simulation(Uncopied):
     def _gravity_at(self, times):
         """Gravity's tables of a launch whose stages are at `times`."""
         return upload(self._gravity, times, self.device, self._still) if self._gravity.moving else self._still
-
-    @property
-    def bounces(self) -> int:
-        """Number of contacts made so far by all particles: bounces and landings."""
-        return int(self._balls.bounces.numpy().sum())
-
-    @property
-    def bounce_counts(self) -> tuple[np.ndarray, ...]:
-        """Contacts made so far, (N,) int32 per set of particles."""
-        return self._sets(self._balls.bounces)
-
-    @property
-    def states(self) -> tuple[np.ndarray, ...]:
-        """What each particle does, (N,) int32 of `Status` per set of particles."""
-        return self._sets(self._balls.states)
-
-    @property
-    def spins(self) -> tuple[np.ndarray, ...]:
-        """Angular velocities of particles that roll, world frame, (N, 3) per set of particles."""
-        return self._sets(self._balls.spins)
-
-    def census(self) -> dict[str, int]:
-        """How many particles are moving, resting, absorbed and escaped; together, all of them."""
-        counts = np.bincount(self._balls.states.numpy(), minlength=len(Status))
-        return {state.name.lower(): int(counts[state]) for state in Status}
-
-    @property
-    def events(self) -> Events:
-        """What happened to the particles at surfaces so far: the latest `log` events of each."""
-        return events_of(self._balls)
 
     @property
     def bodies(self) -> FreeBodies:

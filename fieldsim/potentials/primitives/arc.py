@@ -2,7 +2,6 @@
 
 import dataclasses
 import math
-import typing
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,9 +14,6 @@ from fieldsim.potentials.primitives.base import Primitive, Volume, above
 from fieldsim.potentials.primitives.quadrature import interval_needed
 from fieldsim.potentials.row import ANGLE, CENTER, FIRST, NORMAL, RADIUS, center_of, first_of, normal_of
 from fieldsim.types import RealLike, Timed, VectorLike
-
-if typing.TYPE_CHECKING:
-    from fieldsim.potentials.primitives.circle import Circle
 
 
 @portable
@@ -48,6 +44,12 @@ def arc_distance(x: real, y: real, z: real, rows: Table, i: int):
     return math.sqrt(du * du + dv * dv + height * height)
 
 
+def box_of(center, normal, radius) -> tuple[np.ndarray, np.ndarray]:
+    """Least and greatest coordinates of a whole circle."""
+    reach = radius * np.sqrt(np.maximum(0.0, 1.0 - np.square(normal)))
+    return np.subtract(center, reach), np.add(center, reach)
+
+
 class Turn:
     """What arcs and circles share: a row of centre, start, normal, radius and angle."""
 
@@ -60,12 +62,6 @@ class Turn:
     corners = 1
     round = True
     beside = above
-
-    @property
-    def box(self: "Arc | Circle") -> tuple[np.ndarray, np.ndarray]:
-        """Least and greatest coordinates of the whole circle."""
-        reach = self.radius * np.sqrt(np.maximum(0.0, 1.0 - np.square(self.normal)))
-        return np.subtract(self.center, reach), np.add(self.center, reach)
 
     @staticmethod
     def row_measure(rows: np.ndarray) -> np.ndarray:
@@ -134,6 +130,11 @@ class Arc(Turn, Primitive):
             "radius": validate.number(owner, "radius", self.radius, above=0.0),
             "angle": min(angle, math.tau),
         }
+
+    @property
+    def box(self) -> tuple[np.ndarray, np.ndarray]:
+        """Least and greatest coordinates of the whole circle."""
+        return box_of(self.center, self.normal, self.radius)
 
     @property
     def measure(self) -> float:

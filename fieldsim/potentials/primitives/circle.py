@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fieldsim import validate
-from fieldsim.potentials.primitives.arc import Turn, points_around
+from fieldsim.potentials.primitives.arc import Turn, box_of, points_around
 from fieldsim.potentials.primitives.base import Primitive
 from fieldsim.potentials.row import ANGLE, CENTER, FIRST, NORMAL, RADIUS
 from fieldsim.types import RealLike, Timed, VectorLike
@@ -39,6 +39,11 @@ class Circle(Turn, Primitive):
             "normal": validate.direction("Circle", "normal", self.normal),
             "radius": validate.number("Circle", "radius", self.radius, above=0.0),
         }
+
+    @property
+    def box(self) -> tuple[np.ndarray, np.ndarray]:
+        """Least and greatest coordinates of the whole circle."""
+        return box_of(self.center, self.normal, self.radius)
 
     @property
     def measure(self) -> float:

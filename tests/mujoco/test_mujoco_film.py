@@ -13,6 +13,7 @@ import fieldsim as fs
 from fieldsim import launch, scenario
 from fieldsim.mujoco.contact.impact import hit_speed
 from fieldsim.mujoco.models import model_of
+from fieldsim.render.solids.packing import solids_of
 from fieldsim.world.motion import pose_at
 
 # Experiments
@@ -31,7 +32,7 @@ def test_experiments_step_as_mujoco_does():
     with fs.mujoco.FieldForces(model, data, PLANET, accuracy="points"):
         mujoco.mj_step(model, data, 100)
     np.testing.assert_array_equal(run.data.qpos, data.qpos)
-    np.testing.assert_array_equal(run.snapshot().shapes.origins[-1], data.qpos[:3])
+    np.testing.assert_array_equal(solids_of(run.snapshot()).origins[-1], data.qpos[:3])
     assert mujoco.get_mjcb_passive() is None
     assert 0.0 < log.report().totals[0].largest < 1e-9
     assert experiment.model.opt.timestep == 0.005
@@ -137,7 +138,7 @@ def test_planets_as_geoms_are_where_their_bodies_are(motion):
     )
     run, _ = fs.mujoco.Experiment(world, CAMERA, model=model, planets=planet, duration=1.0).begin()
     run.advance(0.5)
-    assert len(run.snapshot().shapes) == 1
+    assert len(solids_of(run.snapshot())) == 1
     # Its place is that before the last step.
     expected = pose_at(motion, 0.5 - run.experiment.model.opt.timestep)
     np.testing.assert_allclose(run.data.body("planet").xmat.reshape(3, 3), expected.matrix, atol=1e-12)

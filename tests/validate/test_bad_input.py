@@ -19,6 +19,8 @@ from right_values import BASES, OPEN, Or, folder
 
 import fieldsim as fs
 from fieldsim import validate
+from fieldsim.potentials.kernels import Kernel
+from fieldsim.potentials.primitives.base import Primitive
 
 CALLS = {**calls_of_fields.CALLS, **calls_of_world.CALLS, **calls_of_runs.CALLS}
 
@@ -27,6 +29,11 @@ RESULTS = {"Choice", "Crossings", "Drift", "Energy", "EnergyReport", "Lyapunov",
 
 # For fieldsim itself: rows of tables, and what a run and its log tell each other.
 OWN = {"pack", "account", "measured", "manoeuvred"}
+
+# What kernels and primitives declare for the package: functions of packed numbers.
+TRAITS = {name for root in (Kernel, Primitive) for name in vars(root) if not name.startswith("_")}
+TRAITS -= {"at", "turns_about"}  # which users call
+TRAITS |= {"coefficients", "softening_of"}  # of families of kernels
 
 # Methods with special names that take what users give.
 OPERATORS = {"__call__", "__add__", "__sub__", "__mul__", "__matmul__"}
@@ -81,7 +88,8 @@ def _methods(kind):
         if owner.__module__.startswith("fieldsim"):
             for name, raw in vars(owner).items():
                 public = name in OPERATORS or not name.startswith("_")
-                if public and name not in OWN and isinstance(raw, types.FunctionType | classmethod | staticmethod):
+                inner = name in OWN or (issubclass(kind, Kernel | Primitive) and name in TRAITS)
+                if public and not inner and isinstance(raw, types.FunctionType | classmethod | staticmethod):
                     yield f"{owner.__name__}.{name}", getattr(kind, name)
 
 

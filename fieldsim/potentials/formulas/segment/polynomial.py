@@ -14,6 +14,24 @@ profile = hole("w")
 
 
 @portable
+def chord(lo: real, rho: real, length: real, radius: real):
+    """(start, half, k2): what of a segment lies within `radius` of a point at the distance rho from its line.
+
+    start: the near end of that part, as lo; half: half its length, 0 or less for none; k2: the square of half the part
+    of the whole line. Nothing cancels, also at the edge.
+    """
+    k2 = (radius - rho) * (radius + rho)
+    if k2 <= real(0.0):
+        return lo, real(0.0), k2
+    k = math.sqrt(k2)
+    start = max(lo, -k)
+    half = real(0.5) * (min(lo + length, k) - start)
+    if lo >= -k and lo + length <= k:
+        half = real(0.5) * length
+    return start, half, k2
+
+
+@portable
 def _polynomial_segment(lo: real, rho2: real, length: real, radius: real, fold: real):
     """Local derivatives for `segment_jet`, of a polynomial in r^2 of degree <= 3: four Gauss nodes are exact.
 
@@ -26,15 +44,7 @@ def _polynomial_segment(lo: real, rho2: real, length: real, radius: real, fold: 
     mixed = real(0.0)
     bend = real(0.0)
     rho = math.sqrt(rho2)
-    # The support's part of the line: |q| < k.
-    k2 = (radius - rho) * (radius + rho)
-    if k2 <= real(0.0):
-        return f, along, across, along_along, mixed, bend
-    k = math.sqrt(k2)
-    start = max(lo, -k)
-    half = real(0.5) * (min(lo + length, k) - start)
-    if lo >= -k and lo + length <= k:
-        half = real(0.5) * length
+    start, half, k2 = chord(lo, rho, length, radius)
     if half <= real(0.0):
         return f, along, across, along_along, mixed, bend
     per = real(1.0) / radius

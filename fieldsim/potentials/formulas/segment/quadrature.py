@@ -10,6 +10,7 @@ from fieldsim.errors import InputError
 from fieldsim.numerics.quadrature import legendre_16
 from fieldsim.portable import hole, portable, real
 from fieldsim.potentials.formulas.segment.frame import segment_jet
+from fieldsim.potentials.formulas.segment.polynomial import chord
 from fieldsim.potentials.kernels import Kernel
 from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.potentials.registry import register
@@ -27,15 +28,7 @@ def _segment(lo: real, rho2: real, length: real, radius: real, fold: real):
     mixed = real(0.0)
     bend = real(0.0)
     rho = math.sqrt(rho2)
-    # The support's part of the line: |q| < k.
-    k2 = (radius - rho) * (radius + rho)
-    if k2 <= real(0.0):
-        return f, along, across, along_along, mixed, bend
-    k = math.sqrt(k2)
-    start = max(lo, -k)
-    half = real(0.5) * (min(lo + length, k) - start)
-    if lo >= -k and lo + length <= k:
-        half = real(0.5) * length
+    start, half, _k2 = chord(lo, rho, length, radius)
     if half <= real(0.0):
         return f, along, across, along_along, mixed, bend
     # Sixteen nodes are exact for laws that are polynomials in r^2 of degree 15.

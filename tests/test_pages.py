@@ -7,13 +7,13 @@ import re
 import subprocess
 import sys
 
+import draw_floors
 import pytest
 from PIL import Image
 
 import fieldsim as fs
 from benchmarks import chart
 from fieldsim.potentials import registry
-from tools import draw_floors
 
 ROOT = pathlib.Path(__file__).parents[1]
 FILES = [*sorted((ROOT / "docs").glob("*.md")), ROOT / "CONTRIBUTING.md"]

@@ -11,6 +11,8 @@ import ast
 import json
 import pathlib
 
+from import_graph import graph_of, parts_of
+
 ROOT = pathlib.Path(__file__).parents[1]
 PACKAGE = ROOT / "fieldsim"
 PICTURE = ROOT / "docs" / "floors.png"
@@ -34,28 +36,13 @@ COLUMNS = {
 }
 
 
-def part_of(module: str) -> str:
-    """The part that a module's dotted name belongs to, "" for the package itself."""
-    names = module.split(".")
-    return names[1] if names[0] == "fieldsim" and len(names) > 1 else ""
-
-
 def imports() -> dict[str, set[str]]:
-    """The parts that each part imports, imports within functions included; the package's own __init__ left out."""
-    parts = {path.stem for path in PACKAGE.iterdir() if path.suffix == ".py" or (path / "__init__.py").exists()}
-    found = {part: set() for part in parts - {"__init__", "__main__"}}
-    for path in sorted(PACKAGE.rglob("*.py")):
-        own = path.relative_to(PACKAGE).parts[0].removesuffix(".py")
-        if own not in found:
-            continue
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            names = []
-            if isinstance(node, ast.Import):
-                names = [alias.name for alias in node.names]
-            elif isinstance(node, ast.ImportFrom):
-                names = [f"{node.module}.{alias.name}" for alias in node.names]
-            found[own] |= {part_of(name) for name in names} & set(found) - {own}
-    return found
+    """The parts that each part imports, imports within functions included; the package's own modules left out."""
+    paths = sorted(PACKAGE.rglob("*.py"))
+    trees = {path.relative_to(ROOT).as_posix(): ast.parse(path.read_text(encoding="utf-8")) for path in paths}
+    found = parts_of(graph_of(trees), "fieldsim")
+    short = {part: part.removeprefix("fieldsim.") for part in found if part not in ("fieldsim", "fieldsim.__main__")}
+    return {name: {short[one] for one in found[part] if one in short} for part, name in short.items()}
 
 
 def edges() -> dict[str, list[str]]:

@@ -9,8 +9,8 @@ import pytest
 # Files whose tests a newcomer runs after an edit: every floor of the house, in under 90 seconds with kernels cached.
 QUICK = {
     "test_bad_input", "test_camera", "test_diagnostics", "test_fields", "test_fields_reference", "test_formulas",
-    "test_house", "test_integrators", "test_mesh", "test_pixels", "test_portable", "test_published", "test_recording",
-    "test_sampling", "test_skeletons", "test_simulation", "test_special_functions", "test_world",
+    "test_holes", "test_house", "test_integrators", "test_mesh", "test_pixels", "test_portable", "test_published",
+    "test_recording", "test_sampling", "test_simulation", "test_skeletons", "test_special_functions", "test_world",
 }  # fmt: skip
 
 

@@ -10,107 +10,24 @@ import pathlib
 
 import numpy as np
 import pytest
-import warp as wp
-from scipy.spatial.transform import Rotation
+from primitive_examples import (
+    EXAMPLES,
+    FINITE,
+    NORMAL,
+    TOUCHED,
+    A,
+    around,
+    cells,
+    named,
+    on,
+    row_of,
+)
 
 import fieldsim as fs
 from fieldsim.potentials import registry
-from fieldsim.potentials.elements import pack
 from fieldsim.potentials.primitives.base import Primitive, Volume
-from fieldsim.potentials.row import ANGLE, CENTER, FIRST, KERNEL_WIDTH, POSITIONS, RADIUS, ROW_WIDTH
-from fieldsim.render.scene import bounds
-from fieldsim.render.scene.volumes import pierce
-from fieldsim.render.solids.skeleton import offset_solids
+from fieldsim.potentials.row import ANGLE, CENTER, POSITIONS, RADIUS
 from fieldsim.render.solvers.packet.gaussian_elements import KINDS
-from fieldsim.sources.elements import surface_of
-from fieldsim.world import shapes
-
-A, B, C = (0.4, -0.3, 0.2), (1.6, 0.5, -0.4), (-0.2, 1.1, 0.9)
-NORMAL, START = (0.3, -0.5, 0.8), (1.0, 0.2, 0.1)
-PROFILE = fs.profile.polynomial(0.5, 2.0, -3.0)
-EXAMPLES = [
-    fs.Point(A),
-    fs.Segment(A, B),
-    fs.TaperedSegment(A, B, 0.5, 2.0),
-    fs.ProfiledSegment(A, B, PROFILE),
-    fs.Arc(A, NORMAL, START, 0.7, 4.0),
-    fs.Arc(A, NORMAL, START, 0.7, 0.9),
-    fs.ProfiledArc(A, NORMAL, START, 0.7, 2.0, PROFILE),
-    fs.Circle(A, NORMAL, 0.7),
-    fs.Triangle(A, B, C),
-    fs.Face(A, B, C, (0.1, 0.2, -0.8), 2.0),
-    fs.Plane(A, NORMAL),
-]
-FINITE = [primitive for primitive in EXAMPLES if not primitive.endless]
-TOUCHED = [primitive for primitive in EXAMPLES if primitive.distance is not None]
-# Steps along each parameter of the samples.
-STEPS = {0: 1, 1: 4000, 2: 300}
-
-
-def named(primitive):
-    return type(primitive).__name__
-
-
-def kernel_of(primitive):
-    """A kernel that the primitive has a formula for."""
-    kernel = next(kernel for kernel, kind in registry.FORMULAS if kind is type(primitive))
-    return kernel() if kernel is fs.Newtonian else kernel(1.0)
-
-
-def row_of(primitive):
-    row = np.full(ROW_WIDTH, np.nan)
-    row[KERNEL_WIDTH] = 0.0
-    primitive.pack(row)
-    return row
-
-
-def on(primitive, u, v):
-    """Points (N, 3) of a primitive at parameters (N,), from its fields alone."""
-    u, v = u[:, None], v[:, None]
-    if hasattr(primitive, "position"):
-        return np.broadcast_to(primitive.position, (len(u), 3))
-    if hasattr(primitive, "end"):
-        return (1 - u) * primitive.start + u * np.array(primitive.end)
-    if hasattr(primitive, "radius"):
-        start = np.array(primitive.start) if hasattr(primitive, "start") else row_of(primitive)[FIRST]
-        turns = Rotation.from_rotvec(u * getattr(primitive, "angle", math.tau) * primitive.normal)
-        return primitive.center + primitive.radius * turns.apply(start)
-    a, b, c = (np.array(corner) for corner in (primitive.a, primitive.b, primitive.c))
-    return a + u * (b - a) + v * (c - a)
-
-
-def cells(primitive):
-    """Samples (N, 3) at the middles of equal shares of the parameters, and what part of the measure each stands for."""
-    dimension = 2 if hasattr(primitive, "a") else primitive.dimension
-    steps = STEPS[dimension]
-    middles = (np.arange(steps) + 0.5) / steps
-    u, v = (side.ravel() for side in np.meshgrid(middles, middles if dimension == 2 else [0.0], indexing="ij"))
-    # A triangle narrows along u.
-    narrow = 1.0 - u
-    points = on(primitive, u, narrow * v)
-    if dimension == 0:
-        return points, np.ones(1)
-    if dimension == 1:
-        ends = on(primitive, np.linspace(0, 1, steps + 1), np.zeros(steps + 1))
-        shares = np.linalg.norm(np.diff(ends, axis=0), axis=1)
-        if hasattr(primitive, "start_density"):
-            shares *= primitive.start_density + u * (primitive.end_density - primitive.start_density)
-        return points, shares
-    a, b, c = (np.array(corner) for corner in (primitive.a, primitive.b, primitive.c))
-    across = np.cross(b - a, c - a)
-    if hasattr(primitive, "center"):
-        # Of a solid: cones from the centre.
-        return points, (points - primitive.center) @ across * narrow / 3.0 / len(points)
-    return points, np.linalg.norm(across) * narrow / len(points)
-
-
-def around(primitive, count, size, seed=3):
-    """Points (count, 3) from very near to some `size` away from random places on a primitive."""
-    rng = np.random.default_rng(seed)
-    u, v = rng.random((2, count))
-    u, v = np.where(u + v > 1.0, (1.0 - u, 1.0 - v), (u, v))
-    places = np.broadcast_to(A, (count, 3)) if primitive.endless else on(primitive, u, v)
-    return places + size * rng.normal(size=(count, 3)) * 10.0 ** rng.uniform(-2, 0, (count, 1))
 
 
 def test_every_primitive_has_an_example():
@@ -364,80 +281,3 @@ def test_factors_are_no_less_than_those_of_profiles(primitive):
     assert (np.max(primitive.row_factor_bend(rows)) > 0.0) == primitive.profiled
     flat = dataclasses.replace(primitive, profile=fs.profile.constant(2.0)) if primitive.profiled else primitive
     assert np.max(flat.row_factor_bend(row_of(flat)[None])) < 1e-20
-
-
-# Volumes
-
-
-@wp.kernel(module="unique", enable_backward=False)
-def _pierce(
-    origin: wp.array(dtype=wp.vec3),
-    direction: wp.array(dtype=wp.vec3),
-    shape: int,
-    rows: wp.array2d(dtype=float),
-    reach: float,
-    spans: wp.array(dtype=wp.vec2),
-):
-    i = wp.tid()
-    t0, t1 = pierce(origin[i], direction[i], shape, rows, 0, reach)
-    spans[i] = wp.vec2(t0, t1)
-
-
-def pierced(primitive, rows, origins, directions, reach):
-    """Where rays enter and leave the volume of a row, (N,) and (N,)."""
-    spans = wp.full(len(origins), wp.vec2(np.nan, np.nan), dtype=wp.vec2, device="cpu")
-    arrays = [wp.array(values, dtype=wp.vec3, device="cpu") for values in (origins, directions)]
-    table = wp.array(rows, dtype=float, device="cpu")
-    inputs = [*arrays, int(primitive.volume), table, reach]
-    wp.launch(_pierce, len(origins), inputs, [spans], device="cpu", block_dim=1)
-    return spans.numpy().T
-
-
-@pytest.mark.parametrize("primitive", TOUCHED, ids=named)
-def test_bounding_volumes_hold_all_within_reach(primitive):
-    elements = pack([primitive], [kernel_of(primitive)], [1.0])
-    bounded = bounds.bound(elements, np.zeros(3), 1.0)
-    reach = 0.2
-    points = around(primitive, 3000, 0.2)
-    away = np.array([primitive.distance(*x.tolist(), elements.rows, 0) for x in points])
-    inside = points[away <= 0.999 * reach]
-    assert len(inside) > 500
-    # The capsule around all of it.
-    start, end = bounded.start[0], bounded.end[0]
-    along = end - start
-    share = np.clip((inside - start) @ along / max(along @ along, 1e-300), 0.0, 1.0)
-    far = np.linalg.norm(inside - start - share[:, None] * along, axis=1)
-    assert (far <= bounded.radius[0] - bounded.reach[0] + reach).all()
-    # The volume itself: rays through points within reach are inside it there.
-    directions = np.random.default_rng(4).normal(size=inside.shape)
-    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-    t0, t1 = pierced(primitive, elements.rows, inside - 3.0 * directions, directions, reach)
-    assert (t0 <= 3.0).all()
-    assert (t1 >= 3.0).all()
-    # And a ray that passes by misses it.
-    if not primitive.endless:
-        aside = np.cross(directions, (0.6, 0.0, 0.8))
-        aside *= 4.0 / np.linalg.norm(aside, axis=1, keepdims=True)
-        t0, t1 = pierced(primitive, elements.rows, A + aside - 3.0 * directions, directions, reach)
-        assert (t0 > t1).all()
-
-
-def solid_of(primitive):
-    """What all within a distance of it is drawn as."""
-    if primitive.endless:
-        return shapes.SLAB
-    return shapes.TUBE if primitive.round else {1: shapes.BALL, 2: shapes.CAPSULE, 3: shapes.PRISM}[primitive.corners]
-
-
-@pytest.mark.parametrize("primitive", EXAMPLES, ids=named)
-def test_it_is_drawn_hard_as_its_volume(primitive):
-    kernel = kernel_of(primitive)
-    skeleton = [primitive, dataclasses.replace(primitive)]
-    # A solid's pull is its surface's field, at a level.
-    pull = isinstance(kernel, fs.Newtonian)
-    material = fs.Material(level=1.0) if pull else fs.Material(radius=0.2, kernel=type(kernel))
-    world = fs.World()
-    world.add_body(fs.Body(skeleton, gravity=kernel if pull else None, surface=material))
-    solids = offset_solids(surface_of(world.at(0.0)), np.array([0.1, 0.2]))
-    assert solids.kinds.tolist() == [solid_of(primitive)] * 2
-    assert solids.owner.tolist() == [0, 0]

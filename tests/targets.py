@@ -55,7 +55,7 @@ def _jets_of_formula(target, kind, rows, points):
 
 @functools.cache
 def _jet(kind):
-    return next(formula.jet for formula in registry.FORMULAS.values() if formula.kind == kind)
+    return registry.formulas_of([kind])[kind].jet
 
 
 @functools.cache

@@ -58,10 +58,23 @@ def formula_of(kernel, primitive) -> Formula:
         raise InputError(f"no field is known for {kernel!r} on {primitive!r}; known: {known}") from None
 
 
+def formulas_of(kinds) -> dict[int, Formula]:
+    """The formulas of some numbers, by these and in the order of registration.
+
+    Raises InputError for a number whose formula is not registered any more.
+    """
+    wanted = {int(kind) for kind in kinds}
+    found = {formula.kind: formula for formula in FORMULAS.values() if formula.kind in wanted}
+    if missing := sorted(wanted - set(found)):
+        raise InputError(
+            f"formulas {missing} are not registered any more; register their kernel again, and make the field anew"
+        )
+    return found
+
+
 def parts_of(kinds: np.ndarray) -> list[tuple["Formula", np.ndarray | slice]]:
     """The formulas among element kinds (N,), each with where it is: an index of arrays whose axis is the elements'."""
-    used = set(np.unique(kinds).tolist())
-    present = [formula for formula in FORMULAS.values() if formula.kind in used]
+    present = list(formulas_of(np.unique(kinds)).values())
     if len(present) == 1:
         return [(present[0], slice(None))]
     return [(formula, kinds == formula.kind) for formula in present]
@@ -110,12 +123,8 @@ def by_kind(functions: dict[int, Portable]) -> Portable:
 @functools.cache
 def element_jet(kinds_used: tuple[int, ...]) -> Portable:
     """Portable (x, y, z, rows, kinds, i) -> the jet of element i, knowing only the given kinds."""
-    jets = {formula.kind: formula.jet for formula in FORMULAS.values() if formula.kind in kinds_used}
-    if missing := sorted(set(kinds_used) - set(jets)):
-        raise InputError(
-            f"formulas {missing} are not registered any more; register their kernel again, and make the field anew"
-        )
-    return by_kind(jets) if kinds_used else _nothing
+    jets = {kind: formula.jet for kind, formula in formulas_of(kinds_used).items()}
+    return by_kind(jets) if jets else _nothing
 
 
 @portable

@@ -25,7 +25,7 @@ def with_reach(rows, kinds, total: int):
 
     The reach is where an element's field cannot be more than 1 / total.
     """
-    refuse_compact(formula.kernel for formula in registry.FORMULAS.values() if (kinds == formula.kind).any())
+    refuse_compact(formula.kernel for formula in registry.formulas_of(np.unique(kinds)).values())
     return np.concatenate([rows, reach(rows, kinds, 1.0 / max(total, 1))[..., None]], axis=-1)
 
 

@@ -50,11 +50,10 @@ def with_bounds(elements: Elements) -> tuple[np.ndarray, float]:
     """
     rows = np.concatenate([elements.rows, np.zeros((len(elements), BOUNDED.width - ROW_WIDTH))], axis=1)
     bend = 0.0
-    by_kind = {formula.kind: formula for formula in registry.FORMULAS.values()}
-    for kind in elements.kinds_used:
+    for kind, formula in registry.formulas_of(elements.kinds_used).items():
         where = elements.kinds == kind
-        check(by_kind[kind])
-        rows[where], bends = _bounded(by_kind[kind], rows[where])
+        check(formula)
+        rows[where], bends = _bounded(formula, rows[where])
         bend += bends.sum()
     return rows, bend
 

@@ -50,14 +50,10 @@ def surface_box(elements, level):
     return (low - far[:, None])[positive].min(axis=0), (high + far[:, None])[positive].max(axis=0)
 
 
-@functools.cache
-def _primitive(kind):
-    return next(formula.primitive for formula in registry.FORMULAS.values() if formula.kind == kind)
-
-
 def _flat(kinds):
     """Which of the elements of kinds (N,) are triangles, (N,)."""
-    return np.array([_primitive(kind).corners == 3 for kind in kinds], dtype=bool)
+    flat = [kind for kind, formula in registry.formulas_of(np.unique(kinds)).items() if formula.primitive.corners == 3]
+    return np.isin(kinds, flat)
 
 
 def _lengths(elements, side):
@@ -109,14 +105,16 @@ def seeds_of(elements, height, side):
 def _pieces(elements):
     """Pieces of all elements of positive strength: which element (P,), and parameters of three corners (P, 3, 2)."""
     which, corners = [], []
+    formulas = registry.formulas_of(elements.kinds_used)
     for index, (row, kind) in enumerate(zip(elements.rows, elements.kinds, strict=True)):
         if row[STRENGTH] > 0.0:
+            primitive = formulas[kind].primitive
             # A whole turn would begin and end at the same place.
-            parts = 8 if _primitive(kind).round else 1
+            parts = 8 if primitive.round else 1
             for k in range(parts):
                 which.append(index)
                 u, v = k / parts, (k + 1) / parts
-                flat = _primitive(kind).corners == 3
+                flat = primitive.corners == 3
                 corners.append(((0, 0), (1, 0), (0, 1)) if flat else ((u, 0), (v, 0), (0.5 * (u + v), 0)))
     return np.array(which, dtype=np.int64), np.array(corners, dtype=float).reshape(-1, 3, 2)
 
@@ -180,9 +178,7 @@ def widths_of(elements):
 @functools.cache
 def _width_kernel(kinds_used):
     """The Warp kernel of `widths_of`."""
-    distances = {
-        formula.kind: formula.primitive.distance for formula in registry.FORMULAS.values() if formula.kind in kinds_used
-    }
+    distances = {kind: formula.primitive.distance for kind, formula in registry.formulas_of(kinds_used).items()}
     distance = registry.by_kind(distances).warp(wp.float64)
 
     @wp.kernel(module="unique", enable_backward=False)

@@ -121,9 +121,9 @@ def unit_of(elements: Elements, radii: np.ndarray) -> float:
 def reaches_level(bounded: Bounded) -> bool:
     """Whether the field is at least 1 at the middle of some primitive; looks at the most promising ones."""
     total = registry.field_sum(tuple(np.unique(bounded.kinds).tolist()))
-    primitives = {formula.kind: formula.primitive for formula in registry.FORMULAS.values()}
+    formulas = registry.formulas_of(np.unique(bounded.kinds))
     for i in np.argsort(-bounded.reach / bounded.width, kind="stable")[:16]:
-        point = primitives[bounded.kinds[i]].row_middle(bounded.rows[i])
+        point = formulas[bounded.kinds[i]].primitive.row_middle(bounded.rows[i])
         try:
             if total(*map(float, point), bounded.rows, bounded.kinds, 0, len(bounded.kinds))[0] >= 1.0:
                 return True

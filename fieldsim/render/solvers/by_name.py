@@ -108,8 +108,7 @@ class SafeSteps(Solver):
 
 
 def _formulas(elements):
-    used = elements.kinds_used
-    return [formula for formula in registry.FORMULAS.values() if formula.kind in used]
+    return registry.formulas_of(elements.kinds_used).values()
 
 
 SOLVERS = {

@@ -80,7 +80,7 @@ def _steepness(scene: SceneTables, i: int, d: wp.vec3):
 
 
 def _bends_by_distance(kinds_used):
-    return any(formula.kernel.power for formula in registry.FORMULAS.values() if formula.kind in kinds_used)
+    return any(formula.kernel.power for formula in registry.formulas_of(kinds_used).values())
 
 
 @portable
@@ -103,9 +103,9 @@ def _nearness(kinds_used):
             return 0.0
 
         return nothing
-    formulas = [formula for formula in registry.FORMULAS.values() if formula.kind in kinds_used]
-    distance = registry.by_kind({formula.kind: formula.primitive.distance for formula in formulas}).warp(wp.float32)
-    softenings = {formula.kind: _reciprocal if formula.kernel.reciprocal else _width for formula in formulas}
+    formulas = registry.formulas_of(kinds_used)
+    distance = registry.by_kind({kind: known.primitive.distance for kind, known in formulas.items()}).warp(wp.float32)
+    softenings = {kind: _reciprocal if known.kernel.reciprocal else _width for kind, known in formulas.items()}
     softening_of = registry.by_kind(softenings).warp(wp.float32)
 
     @wp.func

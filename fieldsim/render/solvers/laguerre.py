@@ -32,7 +32,7 @@ def _coefficients(x: real, y: real, z: real, rows: Table, i: int):
 @functools.cache
 def first_hit(kinds_used):
     """The Warp function that sweeps a ray through sorted intervals, for points under polynomial kernels."""
-    kernels = {formula.kind: formula.kernel for formula in registry.FORMULAS.values() if formula.kind in kinds_used}
+    kernels = {kind: formula.kernel for kind, formula in registry.formulas_of(kinds_used).items()}
     bound = {kind: _coefficients.bind(SQUARE=k.square, CUBE=k.cube, OVER=k.over) for kind, k in kernels.items()}
     # Whole numbers, which float32 holds.
     coefficients = registry.by_kind(bound).warp(wp.float32)

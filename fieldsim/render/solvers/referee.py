@@ -41,8 +41,8 @@ _Worst = wp.types.vector(length=8, dtype=wp.float64)
 def march_kernel(kinds_used):
     """The kernel that marches along rays by safe steps."""
     element = registry.element_field(kinds_used).warp(wp.float64)
-    primitives = {formula.kind: formula.primitive for formula in registry.FORMULAS.values()}
-    distance = registry.by_kind({kind: primitives[kind].distance for kind in kinds_used}).warp(wp.float64)
+    distances = {kind: formula.primitive.distance for kind, formula in registry.formulas_of(kinds_used).items()}
+    distance = registry.by_kind(distances).warp(wp.float64)
     ceiling = safe_step.ceiling.warp(wp.float64)
     rise = safe_step.rise.warp(wp.float64)
     fall = safe_step.fall.warp(wp.float64)
@@ -278,7 +278,7 @@ def _ball(elements, rows):
     """(centre, radius) of a ball that holds the surface; (None, size of the scene) where planes have none."""
     if not len(elements):
         return None, 0.0
-    primitives = {formula.kind: formula.primitive for formula in registry.FORMULAS.values()}
+    primitives = {kind: formula.primitive for kind, formula in registry.formulas_of(elements.kinds_used).items()}
     corners = elements.rows[:, POSITIONS].reshape(-1, 3, 3)
     used = np.array([primitives[kind].corners for kind in elements.kinds.tolist()])
     center = 0.5 * (corners[:, 0].min(axis=0) + corners[:, 0].max(axis=0))
@@ -286,7 +286,7 @@ def _ball(elements, rows):
     away[np.arange(3) >= used[:, None]] = 0.0
     round_ones = np.array([primitives[kind].round for kind in elements.kinds.tolist()])
     size = (away.max(axis=1) + np.where(round_ones, elements.rows[:, SIZE], 0.0)).max()
-    if any(primitives[kind].endless for kind in elements.kinds_used):
+    if any(primitive.endless for primitive in primitives.values()):
         return None, size
     return center, size + safe_step.reach(rows)
 

@@ -122,3 +122,16 @@ def test_each_solver_gives_all_layers_or_refuses(solver, kernel):
         np.testing.assert_allclose(values, 1.0, atol=1e-5)
     assert (layers["steps"][seen] > 0).all()
     assert (layers["evaluations"][seen] >= layers["steps"][seen]).all()
+
+
+def test_lagrange_draws_fields_without_end_among_themselves():
+    """It refuses them only beside kernels that end, as with option "level" above."""
+    pair = fs.World()
+    for x in (-0.3, 0.35):
+        body = fs.Body(fs.Point((x, 0, 0)), gravity=fs.Newtonian(0.1), mass=0.5, surface=fs.Material(level=1.6))
+        pair.add_body(body)
+    frames = (fs.Renderer(SIZE, solver=name).frame(pair.at(0.0), OUTSIDE) for name in ("lagrange", "referee"))
+    found, wanted = (frame.astype(int) for frame in frames)
+    assert len(np.unique(wanted)) > 20
+    assert_same(found, wanted, "lagrange")
+    assert "beside kernels that end" in picture("lagrange", fs.SoftObject, "level")

@@ -3,7 +3,7 @@
 | name | method | surfaces |
 |---|---|---|
 | hermite | bounded steps on the true field, cubic Hermite pieces for the root: the default | all that are rendered |
-| lagrange | one quartic an element through five samples, as published in 1998; its error shows | kernels with an end |
+| lagrange | one quartic an element through five samples, as published in 1998; its error shows | all; 1/r only alone |
 | laguerre | exact polynomials along the ray, roots by Laguerre's method | Points of polynomial kernels |
 | numeric | samples of the true field, regula falsi where the sign changes | as hermite |
 | referee | safe steps on the true field in float64: slow, misses nothing | all that safe steps know |
@@ -32,7 +32,7 @@ class Solver:
     """A solver of primary rays: a sweep through sorted intervals. known(): (kernel, primitive) pairs; None: all.
 
     counts: whether it counts the evaluations of each ray, which layers show; pieces: whether it cuts intervals into
-    pieces as long as a kernel is wide, which are too many where a field goes on for ever, as 1/r does.
+    pieces as long as a kernel is wide, which are too many where a field goes on for ever, as 1/r does, beside others.
     """
 
     def __init__(self, name, first_hit, *, known=None, polish=0.01, counts=False, pieces=False):
@@ -43,12 +43,14 @@ class Solver:
     def check(self, elements: Elements) -> None:
         """Raise InputError for elements that the solver cannot do."""
         known = None if self._known is None else self._known()
-        for formula in _formulas(elements):
-            if self.pieces and formula.kernel.unit:
-                raise InputError(
-                    f"the solver {self.name!r} cannot do {formula.kernel.__name__}, whose field never ends: too many "
-                    "pieces; give solver='hermite'"
-                )
+        formulas = list(_formulas(elements))
+        endless = [formula for formula in formulas if formula.kernel.unit]
+        if self.pieces and 0 < len(endless) < len(formulas):
+            raise InputError(
+                f"the solver {self.name!r} cannot do {endless[0].kernel.__name__}, whose field never ends, beside "
+                "kernels that end: too many pieces; give solver='hermite'"
+            )
+        for formula in formulas:
             if known is not None and (formula.kernel, formula.primitive) not in known:
                 raise InputError(
                     f"the solver {self.name!r} cannot do {formula.kernel.__name__} on {formula.primitive.__name__}, "

@@ -55,6 +55,7 @@ def test_a_class_without_a_trait_is_refused(name):
         ("dimension", 1.5),
         ("volume", "capsule"),
         ("distance", math.dist),
+        ("feet", math.dist),
         ("straight", 1),
         ("nearby", "2"),
         ("corners", 2.0),
@@ -200,6 +201,31 @@ def test_distances_are_those_to_the_nearest_point(primitive):
         assert nearest - 1e-2 <= found <= nearest + 1e-12
         # Where no sample happens to be nearest, the distance changes by no more than the point moves.
         assert abs(primitive.distance(*(x + 1e-4).tolist(), rows, 0) - found) <= 1.7321e-4
+
+
+@pytest.mark.parametrize("primitive", TOUCHED, ids=named)
+def test_the_first_foot_is_the_nearest_point_and_all_are_on_it(primitive):
+    rows = row_of(primitive)[None]
+    for x in around(primitive, 60, 1.0):
+        feet = np.array([foot(*x.tolist(), rows, 0) for foot in primitive.feet])
+        assert np.linalg.norm(feet[0] - x) == pytest.approx(primitive.distance(*x.tolist(), rows, 0), rel=1e-12)
+        for foot in feet.tolist():
+            assert primitive.distance(*foot, rows, 0) <= 1e-12
+
+
+@pytest.mark.parametrize("primitive", [one for one in TOUCHED if one.round and row_of(one)[ANGLE] < 6.28], ids=named)
+def test_every_nearest_point_of_a_curve_begins_at_a_foot(primitive):
+    """Walking down from the feet finds all points of an arc that are nearer than those around them."""
+    rows = row_of(primitive)[None]
+    places, u = np.linspace(0.0, 1.0, 20_001), np.zeros((20_001, 1))
+    curve = primitive.row_places(np.repeat(rows, 20_001, axis=0), places[:, None], u)
+    for x in around(primitive, 200, 2.0 * rows[0, RADIUS]):
+        away = np.linalg.norm(curve - x, axis=1)
+        beside = np.concatenate([[np.inf], away, [np.inf]])
+        least = curve[(away < beside[:-2]) & (away < beside[2:])]
+        feet = np.array([foot(*x.tolist(), rows, 0) for foot in primitive.feet])
+        for point in least:
+            assert np.linalg.norm(feet - point, axis=1).min() <= 2e-3 * rows[0, RADIUS]
 
 
 @pytest.mark.parametrize("primitive", TOUCHED, ids=named)

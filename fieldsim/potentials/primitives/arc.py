@@ -15,6 +15,10 @@ from fieldsim.potentials.primitives.quadrature import interval_needed
 from fieldsim.potentials.row import ANGLE, CENTER, FIRST, NORMAL, RADIUS, center_of, first_of, normal_of
 from fieldsim.types import RealLike, Timed, VectorLike
 
+# Nearer to the axis than this share of the radius a point has no direction from it; from this angle on an arc is whole.
+ON_AXIS = 1e-14
+WHOLE = math.tau * (1.0 - 1e-12)
+
 
 @portable
 def arc_distance(x: real, y: real, z: real, rows: Table, i: int):
@@ -44,6 +48,78 @@ def arc_distance(x: real, y: real, z: real, rows: Table, i: int):
     return math.sqrt(du * du + dv * dv + height * height)
 
 
+@portable
+def _around(rows: Table, i: int, cosine: real, sine: real):
+    """The point of a row's whole circle at an angle from its start."""
+    sx, sy, sz = first_of(rows, i)
+    nx, ny, nz = normal_of(rows, i)
+    px, py, pz = center_of(rows, i)
+    p = rows[i, RADIUS] * cosine
+    q = rows[i, RADIUS] * sine
+    return (
+        px + p * sx + q * (ny * sz - nz * sy),
+        py + p * sy + q * (nz * sx - nx * sz),
+        pz + p * sz + q * (nx * sy - ny * sx),
+    )
+
+
+@portable
+def _direction(x: real, y: real, z: real, rows: Table, i: int):
+    """Cosine and sine of a point's angle from the start of a row's circle; on its axis, of the arc's middle."""
+    sx, sy, sz = first_of(rows, i)
+    nx, ny, nz = normal_of(rows, i)
+    px, py, pz = center_of(rows, i)
+    dx = x - px
+    dy = y - py
+    dz = z - pz
+    p = dx * sx + dy * sy + dz * sz
+    q = dx * (ny * sz - nz * sy) + dy * (nz * sx - nx * sz) + dz * (nx * sy - ny * sx)
+    rho = math.sqrt(p * p + q * q)
+    if rho <= real(ON_AXIS) * rows[i, RADIUS]:
+        half = real(0.5) * rows[i, ANGLE]
+        return math.cos(half), math.sin(half)
+    return p / rho, q / rho
+
+
+@portable
+def arc_foot(x: real, y: real, z: real, rows: Table, i: int):
+    """The nearest point of an arc or a circle."""
+    cosine, sine = _direction(x, y, z, rows, i)
+    half = real(0.5) * rows[i, ANGLE]
+    c = math.cos(half)
+    s = math.sin(half)
+    # Turned so that the arc's middle lies at (1, 0).
+    if cosine * c + sine * s >= c:
+        return _around(rows, i, cosine, sine)
+    if sine * c - cosine * s >= real(0.0):
+        return _around(rows, i, c * c - s * s, real(2.0) * s * c)
+    return _around(rows, i, real(1.0), real(0.0))
+
+
+@portable
+def _a_third_on(x: real, y: real, z: real, rows: Table, i: int, way: real):
+    """The point of a circle a third of it from the nearest one, right-handed for way = 1, else the other way."""
+    cosine, sine = _direction(x, y, z, rows, i)
+    turn = way * math.sqrt(real(0.75))
+    return _around(rows, i, real(-0.5) * cosine - turn * sine, turn * cosine - real(0.5) * sine)
+
+
+@portable
+def arc_end_foot(x: real, y: real, z: real, rows: Table, i: int):
+    """The end of an arc; of a whole circle, the point a third of it on from the nearest one."""
+    if rows[i, ANGLE] >= real(WHOLE):
+        return _a_third_on(x, y, z, rows, i, real(1.0))
+    return _around(rows, i, math.cos(rows[i, ANGLE]), math.sin(rows[i, ANGLE]))
+
+
+@portable
+def arc_start_foot(x: real, y: real, z: real, rows: Table, i: int):
+    """The start of an arc; of a whole circle, the point a third of it back from the nearest one."""
+    if rows[i, ANGLE] >= real(WHOLE):
+        return _a_third_on(x, y, z, rows, i, real(-1.0))
+    return _around(rows, i, real(1.0), real(0.0))
+
+
 def box_of(center, normal, radius) -> tuple[np.ndarray, np.ndarray]:
     """Least and greatest coordinates of a whole circle."""
     reach = radius * np.sqrt(np.maximum(0.0, 1.0 - np.square(normal)))
@@ -57,6 +133,8 @@ class Turn:
     dimension = 1
     volume = Volume.TUBE
     distance = arc_distance
+    # From afar across the hole both ends of an arc are nearer than what lies around them.
+    feet = (arc_foot, arc_end_foot, arc_start_foot)
     straight = False
     nearby = math.tau
     corners = 1

@@ -42,6 +42,7 @@ _TYPES = {
     "dimension": int,
     "volume": Volume,
     "distance": Portable | None,
+    "feet": tuple,
     "straight": bool,
     "nearby": int | float,
     "corners": int,
@@ -62,6 +63,7 @@ class Primitive:
         "measure": "a property: its length, area or volume, or 1 for a point",
         "volume": "the Volume that all within a distance of it fills, such as Volume.CAPSULE",
         "distance": "a portable (x, y, z, rows, i) -> distance to row i's primitive; None where it bounds no field",
+        "feet": "a tuple of portables (x, y, z, rows, i) -> the nearest point of row i's primitive; () if none",
         "straight": "whether it is a piece of a whole line or plane",
         "nearby": "the greatest measure of it within a distance of 1 of any point",
         "corners": "how many of a row's three positions are corners of it, 1 to 3",
@@ -83,6 +85,9 @@ class Primitive:
     volume: typing.ClassVar[Volume]
     # None where the field is not bounded by the distance: such a primitive can neither be drawn soft nor touched.
     distance: typing.ClassVar[Portable | None]
+    # The first gives the nearest point, the others points from where a search finds all that are nearest of those
+    # around them; a convex primitive has one.
+    feet: typing.ClassVar[tuple[Portable, ...]]
     # Whether it is a piece of a whole line or plane, so that its field is no more than theirs where `uniform`.
     straight: typing.ClassVar[bool]
     nearby: typing.ClassVar[float]

@@ -45,6 +45,7 @@ class Face(Flat, Primitive):
     dimension = 3
     # Its field is that of what lies behind it, or its part of it.
     distance = None
+    feet = ()
     second_unit = 1  # its reach
 
     def _checked(self):

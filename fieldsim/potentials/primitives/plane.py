@@ -26,6 +26,15 @@ def plane_distance(x: real, y: real, z: real, rows: Table, i: int):
     return abs(dx * nx + dy * ny + dz * nz)
 
 
+@portable
+def plane_foot(x: real, y: real, z: real, rows: Table, i: int):
+    """The nearest point of a plane."""
+    px, py, pz = point_of(rows, i)
+    nx, ny, nz = normal_of(rows, i)
+    height = (x - px) * nx + (y - py) * ny + (z - pz) * nz
+    return x - height * nx, y - height * ny, z - height * nz
+
+
 @dataclasses.dataclass(frozen=True)
 class Plane(Primitive):
     """The infinite plane through `point` with the given normal (of any length)."""
@@ -42,6 +51,7 @@ class Plane(Primitive):
     dimension = 2
     volume = Volume.SLAB
     distance = plane_distance
+    feet = (plane_foot,)
     straight = True
     endless = True
     nearby = math.pi

@@ -23,6 +23,12 @@ def point_distance(x: real, y: real, z: real, rows: Table, i: int):
     return math.sqrt(dx * dx + dy * dy + dz * dz)
 
 
+@portable
+def point_foot(x: real, y: real, z: real, rows: Table, i: int):
+    """The point."""
+    return point_of(rows, i)
+
+
 @dataclasses.dataclass(frozen=True)
 class Point(Primitive):
     """A point source."""
@@ -38,6 +44,7 @@ class Point(Primitive):
     measure = 1.0
     volume = Volume.BALL
     distance = point_distance
+    feet = (point_foot,)
     straight = False
     nearby = 1.0
     corners = 1

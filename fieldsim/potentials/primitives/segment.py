@@ -31,6 +31,16 @@ def segment_distance(x: real, y: real, z: real, rows: Table, i: int):
     return math.sqrt(dx * dx + dy * dy + dz * dz)
 
 
+@portable
+def segment_foot(x: real, y: real, z: real, rows: Table, i: int):
+    """The nearest point of a segment."""
+    px, py, pz = start_of(rows, i)
+    ax, ay, az = axis_of(rows, i)
+    along = (x - px) * ax + (y - py) * ay + (z - pz) * az
+    along = min(max(along, real(0.0)), rows[i, LENGTH])
+    return px + along * ax, py + along * ay, pz + along * az
+
+
 @dataclasses.dataclass(frozen=True)
 class Segment(Primitive):
     """A straight segment between two different points."""
@@ -46,6 +56,7 @@ class Segment(Primitive):
     dimension = 1
     volume = Volume.CAPSULE
     distance = segment_distance
+    feet = (segment_foot,)
     straight = True
     nearby = 2.0
     corners = 2

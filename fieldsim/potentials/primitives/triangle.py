@@ -10,7 +10,7 @@ from fieldsim import validate
 from fieldsim.errors import InputError
 from fieldsim.portable import Table, portable, real
 from fieldsim.potentials.primitives.base import Primitive, Volume, above, row_corners
-from fieldsim.potentials.primitives.plane import plane_distance
+from fieldsim.potentials.primitives.plane import plane_distance, plane_foot
 from fieldsim.potentials.primitives.quadrature import simplex, simplex_needed
 from fieldsim.potentials.row import AREA, CORNER_A, CORNER_B, CORNER_C, EDGE, NORMAL, POSITIONS, SIZE, normal_of
 from fieldsim.types import Timed, VectorLike
@@ -50,6 +50,38 @@ def triangle_distance(x: real, y: real, z: real, rows: Table, i: int):
     if min(side_ab, min(side_bc, side_ca)) >= real(0.0):
         return plane_distance(x, y, z, rows, i)
     return math.sqrt(min(ab, min(bc, ca)))
+
+
+@portable
+def _edge_foot(x: real, y: real, z: real, rows: Table, i: int, p: int, q: int):
+    """The nearest point of the edge between the corners in columns p.. and q.., and its squared distance."""
+    ex = rows[i, q] - rows[i, p]
+    ey = rows[i, q + 1] - rows[i, p + 1]
+    ez = rows[i, q + 2] - rows[i, p + 2]
+    along = (x - rows[i, p]) * ex + (y - rows[i, p + 1]) * ey + (z - rows[i, p + 2]) * ez
+    along = min(max(along / (ex * ex + ey * ey + ez * ez), real(0.0)), real(1.0))
+    fx = rows[i, p] + along * ex
+    fy = rows[i, p + 1] + along * ey
+    fz = rows[i, p + 2] + along * ez
+    return fx, fy, fz, (x - fx) * (x - fx) + (y - fy) * (y - fy) + (z - fz) * (z - fz)
+
+
+@portable
+def triangle_foot(x: real, y: real, z: real, rows: Table, i: int):
+    """The nearest point of a triangle."""
+    _ab, side_ab = _beside_edge(x, y, z, rows, i, _A, _B)
+    _bc, side_bc = _beside_edge(x, y, z, rows, i, _B, _C)
+    _ca, side_ca = _beside_edge(x, y, z, rows, i, _C, _A)
+    if min(side_ab, min(side_bc, side_ca)) >= real(0.0):
+        return plane_foot(x, y, z, rows, i)
+    fx, fy, fz, least = _edge_foot(x, y, z, rows, i, _A, _B)
+    gx, gy, gz, other = _edge_foot(x, y, z, rows, i, _B, _C)
+    if other < least:
+        fx, fy, fz, least = gx, gy, gz, other
+    gx, gy, gz, other = _edge_foot(x, y, z, rows, i, _C, _A)
+    if other < least:
+        fx, fy, fz, least = gx, gy, gz, other
+    return fx, fy, fz
 
 
 class Flat:
@@ -94,6 +126,7 @@ class Triangle(Flat, Primitive):
     points = ("a", "b", "c")
     dimension = 2
     distance = triangle_distance
+    feet = (triangle_foot,)
     second_unit = 2  # its area
 
     def _checked(self):

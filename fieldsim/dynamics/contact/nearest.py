@@ -1,0 +1,119 @@
+"""The nearest points of the surface F = 1 to a given one: Newton's method on the true field.
+
+The point q is the nearest to c of all that lie around it on the surface where c - q is along the normal n, and where
+1 + h k > 0 for both principal curvatures k (of a convex body positive) and the height h = (c - q) . n of c. In log F,
+which is smooth and never steep, one step solves for both conditions together (Newton's method for the Lagrangian of
+|q - c|^2 / 2 under log F = 0): it converges quadratically, from within the surface as from without. Along a direction
+in which 1 + h k < 0 the step goes down all the same, away from the point that is the farthest along it.
+"""
+
+import math
+
+from fieldsim.portable import portable, real
+
+# No step along the surface is longer than this share of a radius of curvature.
+LONGEST = 0.5
+# 1 + h k counts as no less in size: on a medial axis it is 0.
+FLATTEST = 1e-3
+
+
+@portable
+def beside(nx: real, ny: real, nz: real):
+    """Two unit vectors across the unit vector n and each other, right-handed (Duff et al. 2017)."""
+    sign = math.copysign(real(1.0), nz)
+    a = real(-1.0) / (sign + nz)
+    b = nx * ny * a
+    return real(1.0) + sign * nx * nx * a, sign * b, -sign * nx, b, sign + ny * ny * a, -ny
+
+
+@portable
+def _between(ax: real, ay: real, az: real, bx: real, by: real, bz: real,
+             xx: real, yy: real, zz: real, xy: real, xz: real, yz: real):  # fmt: skip
+    """The product a . H b with the symmetric matrix H."""
+    return ax * (xx * bx + xy * by + xz * bz) + ay * (xy * bx + yy * by + yz * bz) + az * (xz * bx + yz * by + zz * bz)
+
+
+@portable
+def nearest_step(ox: real, oy: real, oz: real, f: real, fx: real, fy: real, fz: real,
+                 fxx: real, fyy: real, fzz: real, fxy: real, fxz: real, fyz: real, longest: real):  # fmt: skip
+    """One step from a point q towards the nearest point of the surface to c, from the jet of F > 0 at q.
+
+    o = c - q; longest: of a step along the normal. Returns the step (dx, dy, dz), the unit normal there (nx, ny, nz)
+    outward from F > 1, to first order, the least 1 + h k, the unit direction of its curvature (ex, ey, ez), and the
+    least radius of curvature. The gradient must not be 0.
+    """
+    gx = fx / f
+    gy = fy / f
+    gz = fz / f
+    slope = math.sqrt(gx * gx + gy * gy + gz * gz)
+    nx = -gx / slope
+    ny = -gy / slope
+    nz = -gz / slope
+    # The Hessian of log F over the slope: across the normal, minus the curvatures.
+    scale = real(1.0) / (f * slope)
+    hxx = fxx * scale - gx * gx / slope
+    hyy = fyy * scale - gy * gy / slope
+    hzz = fzz * scale - gz * gz / slope
+    hxy = fxy * scale - gx * gy / slope
+    hxz = fxz * scale - gx * gz / slope
+    hyz = fyz * scale - gy * gz / slope
+    rise = min(max(math.log(f) / slope, -longest), longest)
+    ax, ay, az, bx, by, bz = beside(nx, ny, nz)
+    height = ox * nx + oy * ny + oz * nz
+    kaa = -_between(ax, ay, az, ax, ay, az, hxx, hyy, hzz, hxy, hxz, hyz)
+    kab = -_between(ax, ay, az, bx, by, bz, hxx, hyy, hzz, hxy, hxz, hyz)
+    kbb = -_between(bx, by, bz, bx, by, bz, hxx, hyy, hzz, hxy, hxz, hyz)
+    # What is left of the offset along the surface, after the step along the normal.
+    ra = ox * ax + oy * ay + oz * az + height * rise * _between(ax, ay, az, nx, ny, nz, hxx, hyy, hzz, hxy, hxz, hyz)
+    rb = ox * bx + oy * by + oz * bz + height * rise * _between(bx, by, bz, nx, ny, nz, hxx, hyy, hzz, hxy, hxz, hyz)
+    # Principal directions (cosine, sine) in the tangent plane, and their curvatures.
+    half = real(0.5) * (kaa - kbb)
+    radius = math.sqrt(half * half + kab * kab)
+    middle = real(0.5) * (kaa + kbb)
+    cosine = real(1.0)
+    sine = real(0.0)
+    if radius > real(0.0):
+        if half >= real(0.0):
+            cosine = math.sqrt(real(0.5) * (real(1.0) + half / radius))
+            sine = real(0.5) * kab / (radius * cosine)
+        else:
+            sine = math.copysign(math.sqrt(real(0.5) * (real(1.0) - half / radius)), kab)
+            cosine = real(0.5) * kab / (radius * sine)
+    k1 = middle + radius
+    k2 = middle - radius
+    m1 = real(1.0) + height * k1
+    m2 = real(1.0) + height * k2
+    t1 = (cosine * ra + sine * rb) / max(abs(m1), real(FLATTEST))
+    t2 = (cosine * rb - sine * ra) / max(abs(m2), real(FLATTEST))
+    if abs(t1 * k1) > real(LONGEST):
+        t1 = math.copysign(real(LONGEST) / k1, t1)
+    if abs(t2 * k2) > real(LONGEST):
+        t2 = math.copysign(real(LONGEST) / k2, t2)
+    ta = cosine * t1 - sine * t2
+    tb = sine * t1 + cosine * t2
+    dx = rise * nx + ta * ax + tb * bx
+    dy = rise * ny + ta * ay + tb * by
+    dz = rise * nz + ta * az + tb * bz
+    # The normal turns with the gradient of log F.
+    ux = nx - (hxx * dx + hxy * dy + hxz * dz)
+    uy = ny - (hxy * dx + hyy * dy + hyz * dz)
+    uz = nz - (hxz * dx + hyz * dy + hzz * dz)
+    size = math.sqrt(ux * ux + uy * uy + uz * uz)
+    ea = cosine
+    eb = sine
+    if m2 < m1:
+        ea = -sine
+        eb = cosine
+    return (
+        dx,
+        dy,
+        dz,
+        ux / size,
+        uy / size,
+        uz / size,
+        min(m1, m2),
+        ea * ax + eb * bx,
+        ea * ay + eb * by,
+        ea * az + eb * bz,
+        real(1.0) / max(max(abs(k1), abs(k2)), real(1e-300)),
+    )

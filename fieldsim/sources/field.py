@@ -29,47 +29,61 @@ def field_at(kinds_used):
         f, x, y, z = moving(p[0], p[1], p[2], stages.moving_rows, stages.moving_kinds, first, stages.moving)
         return f, wp.vec3d(x, y, z)
 
-    return _of_both(kinds_used, still, changing)
+    @wp.func
+    def both(p: wp.vec3d, stages: Stages, stage: int):
+        f, g = still(p, stages, stage)
+        f_moving, g_moving = changing(p, stages, stage)
+        return f + f_moving, g + g_moving
+
+    if not moving_kinds:
+        return still
+    return both if fixed_kinds else changing
 
 
 @functools.cache
-def hessian_at(kinds_used):
-    """Warp function (point, stages, stage) -> (gradient, Hessian) of the given formulas at one stage."""
+def jet_at(kinds_used):
+    """Warp function (point, stages, stage) -> (F, gradient, Hessian) of the given formulas at one stage."""
     fixed_kinds, moving_kinds = kinds_used
     fixed = registry.jet_sum(fixed_kinds).warp(wp.float64)
     moving = registry.jet_sum(moving_kinds).warp(wp.float64)
 
     @wp.func
     def still(p: wp.vec3d, stages: Stages, stage: int):
-        _f, x, y, z, xx, yy, zz, xy, xz, yz = fixed(
+        f, x, y, z, xx, yy, zz, xy, xz, yz = fixed(
             p[0], p[1], p[2], stages.rows, stages.kinds, 0, stages.kinds.shape[0]
         )
-        return wp.vec3d(x, y, z), wp.mat33d(xx, xy, xz, xy, yy, yz, xz, yz, zz)
+        return f, wp.vec3d(x, y, z), wp.mat33d(xx, xy, xz, xy, yy, yz, xz, yz, zz)
 
     @wp.func
     def changing(p: wp.vec3d, stages: Stages, stage: int):
         first = stage * stages.moving
-        _f, x, y, z, xx, yy, zz, xy, xz, yz = moving(
+        f, x, y, z, xx, yy, zz, xy, xz, yz = moving(
             p[0], p[1], p[2], stages.moving_rows, stages.moving_kinds, first, stages.moving
         )
-        return wp.vec3d(x, y, z), wp.mat33d(xx, xy, xz, xy, yy, yz, xz, yz, zz)
-
-    return _of_both(kinds_used, still, changing)
-
-
-def _of_both(kinds_used, still, changing):
-    """The sum of two Warp functions of (point, stages, stage) with two results, or the one that has elements."""
-    fixed_kinds, moving_kinds = kinds_used
+        return f, wp.vec3d(x, y, z), wp.mat33d(xx, xy, xz, xy, yy, yz, xz, yz, zz)
 
     @wp.func
     def both(p: wp.vec3d, stages: Stages, stage: int):
-        one, other = still(p, stages, stage)
-        one_moving, other_moving = changing(p, stages, stage)
-        return one + one_moving, other + other_moving
+        f, g, h = still(p, stages, stage)
+        f_moving, g_moving, h_moving = changing(p, stages, stage)
+        return f + f_moving, g + g_moving, h + h_moving
 
     if not moving_kinds:
         return still
     return both if fixed_kinds else changing
+
+
+@functools.cache
+def hessian_at(kinds_used):
+    """Warp function (point, stages, stage) -> (gradient, Hessian) of the given formulas at one stage."""
+    jet = jet_at(kinds_used)
+
+    @wp.func
+    def hessian(p: wp.vec3d, stages: Stages, stage: int):
+        _f, g, h = jet(p, stages, stage)
+        return g, h
+
+    return hessian
 
 
 @functools.cache

@@ -34,13 +34,12 @@ def _between(ax: real, ay: real, az: real, bx: real, by: real, bz: real,
 
 
 @portable
-def nearest_step(ox: real, oy: real, oz: real, f: real, fx: real, fy: real, fz: real,
-                 fxx: real, fyy: real, fzz: real, fxy: real, fxz: real, fyz: real, longest: real):  # fmt: skip
-    """One step from a point q towards the nearest point of the surface to c, from the jet of F > 0 at q.
+def curvatures(f: real, fx: real, fy: real, fz: real,
+               fxx: real, fyy: real, fzz: real, fxy: real, fxz: real, fyz: real):  # fmt: skip
+    """Of the level surface of F > 0 through a point, from the jet there: how it lies and how it bends.
 
-    o = c - q; longest: of a step along the normal. Returns the step (dx, dy, dz), the unit normal there (nx, ny, nz)
-    outward from F > 1, to first order, the least 1 + h k, the unit direction of its curvature (ex, ey, ez), and the
-    least radius of curvature. The gradient must not be 0.
+    Returns the unit normal (nx, ny, nz) outward from greater F, the unit principal directions (ax, ay, az) and
+    (bx, by, bz) with their curvatures k1 >= k2, of a convex body positive, and |grad log F|. The gradient must not be 0.
     """
     gx = fx / f
     gy = fy / f
@@ -49,24 +48,12 @@ def nearest_step(ox: real, oy: real, oz: real, f: real, fx: real, fy: real, fz: 
     nx = -gx / slope
     ny = -gy / slope
     nz = -gz / slope
-    # The Hessian of log F over the slope: across the normal, minus the curvatures.
-    scale = real(1.0) / (f * slope)
-    hxx = fxx * scale - gx * gx / slope
-    hyy = fyy * scale - gy * gy / slope
-    hzz = fzz * scale - gz * gz / slope
-    hxy = fxy * scale - gx * gy / slope
-    hxz = fxz * scale - gx * gz / slope
-    hyz = fyz * scale - gy * gz / slope
-    rise = min(max(math.log(f) / slope, -longest), longest)
     ax, ay, az, bx, by, bz = beside(nx, ny, nz)
-    height = ox * nx + oy * ny + oz * nz
-    kaa = -_between(ax, ay, az, ax, ay, az, hxx, hyy, hzz, hxy, hxz, hyz)
-    kab = -_between(ax, ay, az, bx, by, bz, hxx, hyy, hzz, hxy, hxz, hyz)
-    kbb = -_between(bx, by, bz, bx, by, bz, hxx, hyy, hzz, hxy, hxz, hyz)
-    # What is left of the offset along the surface, after the step along the normal.
-    ra = ox * ax + oy * ay + oz * az + height * rise * _between(ax, ay, az, nx, ny, nz, hxx, hyy, hzz, hxy, hxz, hyz)
-    rb = ox * bx + oy * by + oz * bz + height * rise * _between(bx, by, bz, nx, ny, nz, hxx, hyy, hzz, hxy, hxz, hyz)
-    # Principal directions (cosine, sine) in the tangent plane, and their curvatures.
+    # Across the normal the Hessian of log F is that of F over F; over the slope it is minus the curvatures.
+    scale = real(-1.0) / (f * slope)
+    kaa = scale * _between(ax, ay, az, ax, ay, az, fxx, fyy, fzz, fxy, fxz, fyz)
+    kab = scale * _between(ax, ay, az, bx, by, bz, fxx, fyy, fzz, fxy, fxz, fyz)
+    kbb = scale * _between(bx, by, bz, bx, by, bz, fxx, fyy, fzz, fxy, fxz, fyz)
     half = real(0.5) * (kaa - kbb)
     radius = math.sqrt(half * half + kab * kab)
     middle = real(0.5) * (kaa + kbb)
@@ -79,31 +66,62 @@ def nearest_step(ox: real, oy: real, oz: real, f: real, fx: real, fy: real, fz: 
         else:
             sine = math.copysign(math.sqrt(real(0.5) * (real(1.0) - half / radius)), kab)
             cosine = real(0.5) * kab / (radius * sine)
-    k1 = middle + radius
-    k2 = middle - radius
+    return (
+        nx,
+        ny,
+        nz,
+        cosine * ax + sine * bx,
+        cosine * ay + sine * by,
+        cosine * az + sine * bz,
+        cosine * bx - sine * ax,
+        cosine * by - sine * ay,
+        cosine * bz - sine * az,
+        middle + radius,
+        middle - radius,
+        slope,
+    )
+
+
+@portable
+def nearest_step(ox: real, oy: real, oz: real, f: real, fx: real, fy: real, fz: real,
+                 fxx: real, fyy: real, fzz: real, fxy: real, fxz: real, fyz: real, longest: real):  # fmt: skip
+    """One step from a point q towards the nearest point of the surface to c, from the jet of F > 0 at q.
+
+    o = c - q; longest: of a step along the normal. Returns the step (dx, dy, dz), the unit normal there (nx, ny, nz)
+    outward from F > 1, to first order, the least 1 + h k, the unit direction of its curvature (ex, ey, ez), and the
+    least radius of curvature. The gradient must not be 0.
+    """
+    nx, ny, nz, ax, ay, az, bx, by, bz, k1, k2, slope = curvatures(f, fx, fy, fz, fxx, fyy, fzz, fxy, fxz, fyz)
+    scale = real(1.0) / (f * slope)
+    rise = min(max(math.log(f) / slope, -longest), longest)
+    height = ox * nx + oy * ny + oz * nz
+    # What is left of the offset along the surface, after the step along the normal.
+    ra = _between(ax, ay, az, nx, ny, nz, fxx, fyy, fzz, fxy, fxz, fyz)
+    rb = _between(bx, by, bz, nx, ny, nz, fxx, fyy, fzz, fxy, fxz, fyz)
     m1 = real(1.0) + height * k1
     m2 = real(1.0) + height * k2
-    t1 = (cosine * ra + sine * rb) / max(abs(m1), real(FLATTEST))
-    t2 = (cosine * rb - sine * ra) / max(abs(m2), real(FLATTEST))
+    t1 = (ox * ax + oy * ay + oz * az + height * rise * scale * ra) / max(abs(m1), real(FLATTEST))
+    t2 = (ox * bx + oy * by + oz * bz + height * rise * scale * rb) / max(abs(m2), real(FLATTEST))
     if abs(t1 * k1) > real(LONGEST):
         t1 = math.copysign(real(LONGEST) / k1, t1)
     if abs(t2 * k2) > real(LONGEST):
         t2 = math.copysign(real(LONGEST) / k2, t2)
-    ta = cosine * t1 - sine * t2
-    tb = sine * t1 + cosine * t2
-    dx = rise * nx + ta * ax + tb * bx
-    dy = rise * ny + ta * ay + tb * by
-    dz = rise * nz + ta * az + tb * bz
+    dx = rise * nx + t1 * ax + t2 * bx
+    dy = rise * ny + t1 * ay + t2 * by
+    dz = rise * nz + t1 * az + t2 * bz
     # The normal turns with the gradient of log F.
-    ux = nx - (hxx * dx + hxy * dy + hxz * dz)
-    uy = ny - (hxy * dx + hyy * dy + hyz * dz)
-    uz = nz - (hxz * dx + hyz * dy + hzz * dz)
+    along = slope * (nx * dx + ny * dy + nz * dz)
+    ux = nx * (real(1.0) + along) - scale * (fxx * dx + fxy * dy + fxz * dz)
+    uy = ny * (real(1.0) + along) - scale * (fxy * dx + fyy * dy + fyz * dz)
+    uz = nz * (real(1.0) + along) - scale * (fxz * dx + fyz * dy + fzz * dz)
     size = math.sqrt(ux * ux + uy * uy + uz * uz)
-    ea = cosine
-    eb = sine
+    ex = ax
+    ey = ay
+    ez = az
     if m2 < m1:
-        ea = -sine
-        eb = cosine
+        ex = bx
+        ey = by
+        ez = bz
     return (
         dx,
         dy,
@@ -112,8 +130,8 @@ def nearest_step(ox: real, oy: real, oz: real, f: real, fx: real, fy: real, fz: 
         uy / size,
         uz / size,
         min(m1, m2),
-        ea * ax + eb * bx,
-        ea * ay + eb * by,
-        ea * az + eb * bz,
+        ex,
+        ey,
+        ez,
         real(1.0) / max(max(abs(k1), abs(k2)), real(1e-300)),
     )

@@ -15,7 +15,9 @@ QUICK = {
 
 
 def pytest_addoption(parser):
-    parser.addoption("--all", action="store_true", help="run the long tests, too (marked full)")
+    parser.addoption(
+        "--all", action="store_true", help="run the long tests, too (marked full); for CUDA, compile as for a GPU"
+    )
     parser.addoption(
         "--cpu-target", help="compile Warp's kernels for this processor, such as haswell, instead of the one here"
     )
@@ -46,6 +48,27 @@ def pytest_collection_modifyitems(config, items):
             item.add_marker(pytest.mark.quick)
         if item.get_closest_marker("full") and not config.getoption("--all"):
             item.add_marker(pytest.mark.skip(reason="a long test: give --all"))
+
+
+@pytest.fixture
+def compiles_for_cuda(request, tmp_path, monkeypatch):
+    """A check that a Warp module, or the one so named, compiles to PTX; it needs no GPU.
+
+    What a kernel may not say is found before it is optimised. Warp's own optimisation for CUDA, which `--all` asks for,
+    compiles large kernels in half a minute each; a level lower, in a few seconds.
+    """
+    import warp as wp
+
+    def check(module):
+        folder = tmp_path / str(len(list(tmp_path.iterdir())))
+        with monkeypatch.context() as patch:
+            if not request.config.getoption("--all"):
+                patch.setattr(wp.config, "optimization_level", 2)
+            wp.compile_aot_module(module, arch=90, use_ptx=True, module_dir=str(folder))
+        (ptx,) = folder.glob("*.ptx")
+        assert ".entry" in ptx.read_text()
+
+    return check
 
 
 @pytest.fixture

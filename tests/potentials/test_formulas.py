@@ -153,9 +153,6 @@ def test_formulas_are_registered_once():
 
 
 @pytest.mark.parametrize("scalar", [wp.float32, wp.float64], ids=["float32", "float64"])
-def test_all_formulas_compile_for_cuda_without_a_device(scalar, tmp_path):
+def test_all_formulas_compile_for_cuda_without_a_device(scalar, compiles_for_cuda):
     kinds = tuple(sorted(formula.kind for formula in registry.FORMULAS.values()))
-    kernel = field_kernels.KERNELS[2](kinds, scalar)
-    wp.compile_aot_module(kernel.module, arch=90, use_ptx=True, module_dir=tmp_path)
-    (ptx,) = tmp_path.glob("*.ptx")
-    assert ".entry" in ptx.read_text()
+    compiles_for_cuda(field_kernels.KERNELS[2](kinds, scalar).module)

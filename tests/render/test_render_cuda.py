@@ -31,32 +31,29 @@ KINDS = tuple(
 
 @pytest.mark.parametrize("kernel_of", [trace_kernel, shade_kernel, ray_kernel, subtle.shade_kernel])
 @pytest.mark.parametrize("in_scratch", [False, True])
-def test_tracing_and_shading_compile_for_cuda(kernel_of, in_scratch, tmp_path):
+def test_tracing_and_shading_compile_for_cuda(kernel_of, in_scratch, compiles_for_cuda):
     # In scratch only where the intervals live differs; few formulas show that.
     kinds = KINDS[:1] if in_scratch else KINDS
-    wp.compile_aot_module(kernel_of(kinds, in_scratch).module, arch=90, use_ptx=True, module_dir=tmp_path)
-    assert list(tmp_path.glob("*.ptx"))
+    compiles_for_cuda(kernel_of(kinds, in_scratch).module)
 
 
 @pytest.mark.parametrize("solver", sorted(SOLVERS.keys() - {"hermite", "referee"}))
-def test_solvers_compile_for_cuda(solver, tmp_path):
+def test_solvers_compile_for_cuda(solver, compiles_for_cuda):
     kinds = (registry.FORMULAS[SoftObject, Point].kind,)  # which all of them know
-    kernel = trace_kernel(kinds, **SOLVERS[solver].options)
-    wp.compile_aot_module(kernel.module, arch=90, use_ptx=True, module_dir=tmp_path)
-    assert list(tmp_path.glob("*.ptx"))
+    compiles_for_cuda(trace_kernel(kinds, **SOLVERS[solver].options).module)
 
 
 @pytest.mark.parametrize("kernel_of", [march_kernel, describe_kernel])
-def test_the_referee_compiles_for_cuda(kernel_of, tmp_path):
+def test_the_referee_compiles_for_cuda(kernel_of, compiles_for_cuda):
     # One formula shows it; the formulas themselves compile above, and in float64 where fields are tested.
-    wp.compile_aot_module(kernel_of(KINDS[:1]).module, arch=90, use_ptx=True, module_dir=tmp_path)
-    assert list(tmp_path.glob("*.ptx"))
+    compiles_for_cuda(kernel_of(KINDS[:1]).module)
 
 
-def test_candidate_lists_and_smoothing_compile_for_cuda(tmp_path):
-    for name in ("scene.candidates", "renderer", "shading.reflection", "shading.fog", "solids.overlay"):
-        wp.compile_aot_module(f"fieldsim.render.{name}", arch=90, use_ptx=True, module_dir=tmp_path / name)
-        assert list((tmp_path / name).glob("*.ptx"))
+@pytest.mark.parametrize(
+    "name", ["scene.candidates", "renderer", "shading.reflection", "shading.fog", "solids.overlay"]
+)
+def test_kernels_of_modules_compile_for_cuda(name, compiles_for_cuda):
+    compiles_for_cuda(f"fieldsim.render.{name}")
 
 
 @pytest.mark.skipif(not wp.is_cuda_available(), reason="no CUDA device")

@@ -5,7 +5,6 @@ import dataclasses
 import numpy as np
 import pytest
 import shape_oracle as oracle
-import warp as wp
 from test_render import rays
 
 from fieldsim.errors import InputError
@@ -297,11 +296,6 @@ def test_triangles_are_their_edges_as_lines():
 
 def test_every_primitive_can_be_drawn_hard():
     assert {formula.primitive.volume for formula in registry.FORMULAS.values()} == set(Volume)
-
-
-def test_shapes_compile_for_cuda(tmp_path):
-    wp.compile_aot_module("fieldsim.render.solids.overlay", arch=90, use_ptx=True, module_dir=tmp_path)
-    assert list(tmp_path.glob("*.ptx"))
 
 
 # What cannot be

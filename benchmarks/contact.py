@@ -1,10 +1,16 @@
-"""Contact: what rest costs against free motion, and 100,000 pebbles that fall on the donut and bounce to rest."""
+"""Contact: what it costs, whether first touches are those of the surface itself, and what is known in closed form.
+
+- cost: rest against free motion; small pebbles that fall on the donut and bounce to rest, 2,000 and 100,000 of them.
+- first touches in random scenes (see `first_touch`), energy and closed forms (see `contact_laws`).
+"""
 
 import time
 
 import numpy as np
 
+from benchmarks import contact_laws, first_touch
 from benchmarks.motion import CLAY, DONUT, DT
+from benchmarks.progress import progress
 from fieldsim import sampling
 from fieldsim.dynamics.integrators.splittings import Leapfrog
 from fieldsim.dynamics.simulation import Simulation
@@ -16,17 +22,25 @@ from fieldsim.world.contact import Bounce
 from fieldsim.world.motion import Spin
 from fieldsim.world.world import World
 
-PEBBLES = 100_000
+PEBBLES = (2_000, 100_000)
 RADIUS = 0.02
-FALL = 10.0
+# Simulated times: of all runs, and of the one of many pebbles where the run is not a full one.
+FALL, SHORT_FALL = 10.0, 1.0
 # F may exceed 1 by so much at the lowest point of a ball that counts as outside: ten times what contact allows.
 TOLERANCE = 1e-8
+# Pieces in which the pebbles' time is run, so that progress can be told.
+PIECES = 50
 
 
-def rows(repeats: int = 3):
-    """Ratios to free motion, measured in turn; then the pebbles."""
+def rows(full: bool = False, repeats: int = 3):
+    """Closed forms; ratios to free motion, measured in turn; the pebbles; energy; random scenes."""
+    yield from contact_laws.closed_forms()
     yield from _rest(repeats)
-    yield from _pebbles()
+    few, many = PEBBLES
+    yield from _pebbles(few, FALL)
+    yield from _pebbles(many, FALL if full else SHORT_FALL)
+    yield from contact_laws.energy_rows(full)
+    yield from first_touch.rows(full)
 
 
 def _donut(positions, velocities, law, **options):
@@ -67,27 +81,28 @@ def _rest(repeats):
         }
 
 
-def _pebbles():
+def _pebbles(count, until):
     """Pebbles from a shell around the donut, at rest at first: bounces, friction, rest."""
-    start = sampling.shell(PEBBLES, radius=(1.4, 2.0), seed=1)
+    start = sampling.shell(count, radius=(1.4, 2.0), seed=1)
     world = _donut(start["positions"], start["velocities"], Bounce(0.5, friction=0.5))
     simulation = Simulation(world, Leapfrog(4e-3))
     inside_at_start = int(np.sum(_inside(world, simulation.positions[0])))
     simulation.advance(4e-3)
     before, begun = simulation.steps_done, time.perf_counter()
-    simulation.advance(FALL)
+    for moment in progress(np.linspace(4e-3, until, PIECES), f"{count} pebbles, pieces of their time"):
+        simulation.advance(moment)
     speed = (simulation.steps_done - before) / (time.perf_counter() - begun)
     census = simulation.census()
-    name = f"{PEBBLES} pebbles on the donut until t = {FALL:g}"
+    name = f"{count} pebbles on the donut until t = {until:g}"
     cores = "1 core" if THREADS == 1 else f"{THREADS} cores"
     yield {"name": f"{name}, {cores}", "value": speed, "unit": "particle-steps/s"}
     figures = {
         "contacts": simulation.bounces,
         "inside at the start": inside_at_start,
         f"inside by more than {TOLERANCE:g} at the end": int(np.sum(_inside(world, simulation.positions[0]))),
-        "in": PEBBLES,
+        "in": count,
         "out": sum(census.values()),
-        **{f"{state} at the end": count for state, count in census.items()},
+        **{f"{state} at the end": number for state, number in census.items()},
     }
     for what, value in figures.items():
         yield {"name": f"{name}: {what}", "value": value, "unit": "pebbles" if what != "contacts" else "contacts"}

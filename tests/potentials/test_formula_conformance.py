@@ -29,6 +29,8 @@ ENTRIES = [key for key in registry.FORMULAS if key[1] in BY_CLASS]
 PLACES = np.array([(0.9, 0.8, 0.7), (-1.1, 0.2, 0.9), (0.2, -1.3, 0.5), (0.3, 0.4, 1.6)])
 # Widths: a compact kernel is smooth on all of a specimen from everywhere; others are as wide as one.
 WIDE, MIDDLING = 9.0, 0.8
+# Of both sides; neither has any other error there: the rule for mass points has converged.
+ROUNDING = 1e-13
 
 
 def name(key):
@@ -63,6 +65,6 @@ def test_formulas_are_the_declared_law_on_the_declared_mass_points(key):
     for k, place in enumerate(PLACES):
         value, gradient, hessian = summed(kernel, primitive, place)
         size = abs(value) / math.dist(place, (0.0, 0.0, 0.0)) ** np.arange(3)
-        assert abs(jets[k, 0] - value) < 1e-10 * size[0]
-        assert np.abs(jets[k, 1:4] - gradient).max() < 1e-9 * (size[1] + np.abs(gradient).max())
-        assert np.abs(hessians[k] - hessian).max() < 1e-8 * (size[2] + np.abs(hessian).max())
+        assert abs(jets[k, 0] - value) < ROUNDING * size[0]
+        assert np.abs(jets[k, 1:4] - gradient).max() < ROUNDING * (size[1] + np.abs(gradient).max())
+        assert np.abs(hessians[k] - hessian).max() < ROUNDING * (size[2] + np.abs(hessian).max())

@@ -123,7 +123,7 @@ def test_the_inverse_of_the_law(kernel, width):
     r = r[r > 0.1 * unit(kernel, width)]
     r = r[r < 5.0 * unit(kernel, width)]
     levels = np.array([kernel.law(x * x, width, 0.0, 0.0)[0] for x in r])
-    assert kernel.inverse(levels, np.full(len(r), width)) == pytest.approx(r, rel=1e-8)
+    assert kernel.inverse(levels, np.full(len(r), width)) == pytest.approx(r, rel=1e-13)
 
 
 @per_kernel

@@ -130,13 +130,15 @@ def test_measures_are_integrals(primitive):
 @pytest.mark.parametrize("primitive", FINITE, ids=named)
 def test_boxes_hold_it(primitive):
     points, _ = cells(primitive)
-    for low, high in (primitive.box, (sides[0] for sides in primitive.row_box(row_of(primitive)[None]))):
+    # An arc's box is that of its whole circle, a face's holds the solid's centre, but not its row's.
+    whole = cells(dataclasses.replace(primitive, angle=math.tau))[0] if hasattr(primitive, "angle") else points
+    held = np.vstack([points, primitive.center]) if hasattr(primitive, "reach") else whole
+    row_box = [sides[0] for sides in primitive.row_box(row_of(primitive)[None])]
+    for (low, high), tight in ((primitive.box, held), (row_box, whole)):
         assert (points >= low - 1e-14).all()
         assert (points <= high + 1e-14).all()
-        # Tight, but for what an arc leaves out of its circle and for a solid's centre.
-        if primitive.corners > 1 and not hasattr(primitive, "center"):
-            np.testing.assert_allclose(points.min(axis=0), low, atol=1e-2)
-            np.testing.assert_allclose(points.max(axis=0), high, atol=1e-2)
+        np.testing.assert_allclose(tight.min(axis=0), low, atol=5e-3)
+        np.testing.assert_allclose(tight.max(axis=0), high, atol=5e-3)
 
 
 @pytest.mark.parametrize("primitive", FINITE, ids=named)
@@ -170,9 +172,10 @@ def test_no_more_than_nearby_lies_within_a_ball(primitive):
     for size in (0.05, 0.3, 0.71, 3.0):
         for center in np.vstack([around(primitive, 30, 0.01), np.atleast_2d(row_of(primitive)[CENTER])]):
             inside = shares[np.linalg.norm(points - center, axis=1) <= size].sum()
-            assert inside <= 1.05 * primitive.nearby * size**primitive.dimension + 1e-3
+            assert inside <= 1.01 * primitive.nearby * size**primitive.dimension + 1e-3
             greatest = max(greatest, inside / size**primitive.dimension)
-    assert greatest > 0.3 * primitive.nearby
+    # What is declared of arcs is so of whole turns.
+    assert greatest > (0.3 if hasattr(primitive, "angle") else 0.95) * primitive.nearby
 
 
 @pytest.mark.parametrize("primitive", EXAMPLES, ids=named)

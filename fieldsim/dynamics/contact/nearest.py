@@ -39,7 +39,8 @@ def curvatures(f: real, fx: real, fy: real, fz: real,
     """Of the level surface of F > 0 through a point, from the jet there: how it lies and how it bends.
 
     Returns the unit normal (nx, ny, nz) outward from greater F, the unit principal directions (ax, ay, az) and
-    (bx, by, bz) with their curvatures k1 >= k2, of a convex body positive, and |grad log F|. The gradient must not be 0.
+    (bx, by, bz) with their curvatures k1 >= k2, of a convex body positive, and |grad log F|. The gradient must not be
+    0.
     """
     gx = fx / f
     gy = fy / f

@@ -214,7 +214,8 @@ def test_auto_meets_its_tolerance_and_prefers_high_order_for_high_accuracy():
 
 def test_auto_judges_by_half_steps_where_nothing_is_kept():
     moving = fs.Body(CIGAR, gravity=fs.Newtonian(0.3), motion=lambda time: (0.1 * math.sin(time), 0, 0))
-    choice = choose(fs.Auto(1e-5, candidates=(fs.Leapfrog, fs.Omelyan4)), world_of(moving), 0.0, Simulation)
+    auto = fs.Auto(1e-5, span=5.0, candidates=(fs.Leapfrog, fs.Omelyan4))
+    choice = choose(auto, world_of(moving), 0.0, Simulation)
     assert type(choice.integrator) is fs.Omelyan4
     assert 0.0 < choice.error <= 1e-5
 

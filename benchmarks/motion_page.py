@@ -6,8 +6,8 @@ import pathlib
 
 import numpy as np
 
-from fieldsim.dynamics.contact.gap import TOLERANCE
-from fieldsim.dynamics.contact.response import SLOW
+from fieldsim.dynamics.contact.contacts import TOLERANCE
+from fieldsim.dynamics.contact.sliding import SLOW
 from fieldsim.dynamics.diagnostics.energy_log import LOST
 from fieldsim.dynamics.integrators.splittings import Splitting
 from fieldsim.dynamics.trials import AHEAD, SAMPLE

@@ -81,6 +81,12 @@ class Sources:
         """Whether some element moves or deforms."""
         return len(self.moving_kinds) > 0
 
+    @property
+    def deforming(self) -> np.ndarray:
+        """Whether the body of each changing element deforms, (elements,)."""
+        pairs = zip(self._changing, self._shapes, strict=True)
+        return np.concatenate([np.zeros(0, dtype=bool), *(np.full(len(s), b.deforming) for (_, b), s in pairs)])
+
     def __len__(self) -> int:
         return len(self.fixed) + len(self.moving_kinds)
 

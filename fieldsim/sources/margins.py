@@ -15,18 +15,18 @@ from fieldsim.errors import InputError
 from fieldsim.portable import Indices, Portable, Table, hole, portable, real
 from fieldsim.potentials import registry
 from fieldsim.potentials.bounds.reach import reach
-from fieldsim.potentials.row import ANGLE, DIRECTIONS, POSITIONS, SIZE
+from fieldsim.potentials.row import ANGLE, DIRECTIONS, POSITIONS, SIZE, STRENGTH
 from fieldsim.sources.rows import REACH
 from fieldsim.sources.stages import Stages
 
 
 def with_reach(rows, kinds, total: int):
-    """Rows (..., elements, ROW_WIDTH) with the column REACH added, for a world of `total` surface elements.
+    """Rows (..., elements, ROW_WIDTH) with REACH and ALONE added, for a world of `total` surface elements.
 
     The reach is where an element's field cannot be more than 1 / total.
     """
-    refuse_compact(formula.kernel for formula in registry.formulas_of(np.unique(kinds)).values())
-    return np.concatenate([rows, reach(rows, kinds, 1.0 / max(total, 1))[..., None]], axis=-1)
+    alone = np.where(rows[..., STRENGTH] > 0.0, reach(rows, kinds, 1.0), 0.0)
+    return np.concatenate([rows, reach(rows, kinds, 1.0 / max(total, 1))[..., None], alone[..., None]], axis=-1)
 
 
 def refuse_compact(kernels):
@@ -48,7 +48,7 @@ def _that_are(kinds, trait):
 def sweeps(rows, kinds):
     """Bound of any surface's approach between one stage and the next, (stages,); 0 for the last.
 
-    rows: (stages, elements, ROW_WIDTH + 1). A bound for every point of the primitive, plus the growth of its reach.
+    rows: (stages, elements, columns to ALONE). A bound for every point of the primitive, plus the growth of its reach.
     """
     step = np.diff(rows, axis=0)
     points = np.linalg.norm(step[..., POSITIONS].reshape(*step.shape[:2], 3, 3), axis=-1).max(axis=-1)

@@ -55,21 +55,23 @@ class Absorb:
 class Repulsion:
     """Contact law without events: a smooth potential of short range that keeps the energy.
 
-    Per unit mass it is stiffness * max(0, 1 + log(F) / reach)^3 with F the surface field at the particle's centre:
-    nothing where log F < -reach, `stiffness` on the surface F = 1, more inside. A particle passes through where its
-    energy tops the potential inside; for the Gaussian of a Material log F there is up to -blobbiness.
+    Per unit mass it is the sum of stiffness * max(0, 1 - gap / reach)^3 over all points of the surfaces that are nearer
+    to the ball than those around them: nothing where its gap is above `reach`, a length, `stiffness` where it touches,
+    more where it reaches in. Of a ball whose centre is inside, the nearest way out counts alone; it passes through
+    where its energy tops the potential. reach: default half the length over which the thinnest surface's field varies.
     The steps must resolve it: about 30 to a passage.
     """
 
     stiffness: float
-    reach: float = 1.0
+    reach: float | None = None
 
     if TYPE_CHECKING:
 
-        def __init__(self, stiffness: RealLike, reach: RealLike = ...) -> None: ...
+        def __init__(self, stiffness: RealLike, reach: RealLike | None = ...) -> None: ...
 
     def __post_init__(self):
-        validate.fields(self, validate.number, "stiffness", "reach", above=0.0)
+        given = ["stiffness"] if self.reach is None else ["stiffness", "reach"]
+        validate.fields(self, validate.number, *given, above=0.0)
 
 
 LAWS = (Bounce, Absorb, Repulsion)

@@ -1,30 +1,37 @@
 """Event detection: when a particle in free flight first meets the surface F = 1, as Warp functions.
 
 Within a step a particle follows the parabola x + t v + t^2/2 a, which is leapfrog's drift for every t. Far from
-surfaces the search advances by the margin (see `sources.margins`), near them by the surface's grain, with a cubic
-Hermite interpolant of the gap (see `gap`) that finds maxima between two outside ends. Crossings are bracketed and
-refined on the true gap, and the outside end of the bracket is taken: fast particles do not tunnel.
+surfaces the search advances by the margin (see `sources.margins`). Near them it knows the gap, which changes no faster
+than ball and surface move: where the gaps at both ends of a piece of path add up to more than its length, nothing is
+touched between. Elsewhere pieces are as long as the surface's grain, and a cubic Hermite interpolant of each contact's
+gap finds minima between two outside ends. Crossings are bracketed and refined, and the outside end of the bracket is
+taken: fast particles do not tunnel.
 """
 
 import functools
 
 import warp as wp
 
-from fieldsim.dynamics.contact.gap import REFINEMENTS, TOLERANCE, Gap, Moment, gap_at
+from fieldsim.dynamics.contact.contacts import Contacts, contacts_at, normal_of, tolerance
+from fieldsim.dynamics.contact.particle_state import ContactParticle
 from fieldsim.sources.margins import margin_at, sweep_at
+from fieldsim.sources.moments import Moment
 from fieldsim.sources.stages import Stages
 
-# If the maximum of the interpolant exceeds this, the true gap is evaluated there.
-CHECK_ABOVE = wp.constant(wp.float64(-0.05))
-# Greatest number of pieces of a path.
+# If the minimum of the interpolant is below this share of the grain, the true gap is evaluated there.
+CHECK_BELOW = wp.constant(wp.float64(0.05))
+# Normals at both ends of a piece that belong to one contact differ by less than the angle of this cosine.
+ALIKE = wp.constant(wp.float64(0.5))
+# Greatest number of pieces of a path, and of iterations of a refinement.
 PIECES = wp.constant(100_000)
+REFINEMENTS = wp.constant(64)
 
 
 @wp.struct
 class Motion:
     """A particle under way: position, velocity, acceleration there, the time within the step, spin and state.
 
-    known: 1 if `here` is the gap at that position and time.
+    known: 1 if `here` are the contacts at that position and time.
     """
 
     x: wp.vec3d
@@ -34,7 +41,7 @@ class Motion:
     spin: wp.vec3d
     state: wp.int32
     known: wp.int32
-    here: Gap
+    here: Contacts
 
 
 @wp.func
@@ -44,31 +51,45 @@ def position_at(m: Motion, t: wp.float64):
 
 
 @wp.func
-def gap_rate(m: Motion, gap: Gap, t: wp.float64):
-    """Rate of change of the gap after a further time t of free flight."""
-    return gap.slope * (gap.speed - wp.dot(gap.normal, m.v + t * m.a))
+def gap_rate(m: Motion, contacts: Contacts, k: int, t: wp.float64):
+    """Rate of change of the gap of contact k after a further time t of free flight."""
+    return wp.dot(normal_of(contacts, k), m.v + t * m.a) - contacts.speeds[k]
 
 
 @functools.cache
 def refined_contact(kinds_used):
-    """Warp function (motion, radius, surfaces, moment, low, high) -> time of contact between low (out) and high (in).
+    """Warp function (motion, ball, surfaces, moment, low, high, horizon) -> time of contact between low and high.
 
-    Newton's method within the bracket, halving it where Newton leaves it; the outside end is returned.
+    low: outside; high: inside. Newton's method within the bracket, halving it where Newton leaves it; the outside end
+    is returned.
     """
-    gap_of = gap_at(kinds_used)
+    contacts_of = contacts_at(kinds_used)
 
     @wp.func
-    def refined(m: Motion, radius: wp.float64, surfaces: Stages, moment: Moment, low: wp.float64, high: wp.float64):
+    def refined(
+        m: Motion,
+        ball: ContactParticle,
+        surfaces: Stages,
+        moment: Moment,
+        low: wp.float64,
+        high: wp.float64,
+        horizon: wp.float64,
+    ):
         t = wp.float64(0.5) * (low + high)
         for k in range(REFINEMENTS):
-            gap = gap_of(position_at(m, t), radius, surfaces, moment, t)
-            if gap.value > wp.float64(0.0):
+            p = position_at(m, t)
+            there = contacts_of(p, ball.radius, horizon, ball.grain, surfaces, moment, t)
+            close = tolerance(p, ball.radius, ball.grain)
+            if there.least < wp.float64(0.0):
                 high = t
             else:
                 low = t
-                if gap.value >= -TOLERANCE:
+                if there.least <= close:
                     break
-            t = t - (gap.value + wp.float64(0.5) * TOLERANCE) / gap_rate(m, gap, t)
+            step = wp.float64(wp.nan)
+            if there.count > 0:
+                step = -(there.least - wp.float64(0.5) * close) / gap_rate(m, there, there.which, t)
+            t = t + step
             # Not (low < t < high), so that a NaN is caught as well; every fourth time the bracket is halved anyway.
             if not (t > low and t < high) or k % 4 == 3:
                 t = wp.float64(0.5) * (low + high)
@@ -78,45 +99,51 @@ def refined_contact(kinds_used):
 
 
 @wp.func
-def maximum_of(g0: wp.float64, d0: wp.float64, g1: wp.float64, d1: wp.float64):
-    """The maximum (u, value) of the cubic with values g0, g1 and slopes d0 > 0 > d1 at u = 0, 1."""
-    rise = g1 - g0
-    c2 = wp.float64(3.0) * rise - wp.float64(2.0) * d0 - d1
-    c3 = d0 + d1 - wp.float64(2.0) * rise
-    u = d0 / (wp.sqrt(wp.max(c2 * c2 - wp.float64(3.0) * c3 * d0, wp.float64(0.0))) - c2)
+def minimum_of(g0: wp.float64, d0: wp.float64, g1: wp.float64, d1: wp.float64):
+    """The minimum (u, value) of the cubic with values g0, g1 and slopes d0 < 0 < d1 at u = 0, 1."""
+    fall = g1 - g0
+    c2 = wp.float64(3.0) * fall - wp.float64(2.0) * d0 - d1
+    c3 = d0 + d1 - wp.float64(2.0) * fall
+    u = -d0 / (c2 + wp.sqrt(wp.max(c2 * c2 - wp.float64(3.0) * c3 * d0, wp.float64(0.0))))
     return u, g0 + u * (d0 + u * (c2 + u * c3))
 
 
 @functools.cache
 def contact_within(kinds_used):
-    """Warp function (..., both ends of a piece of path) -> a time in it at which the particle is inside, or -1."""
-    gap_of = gap_at(kinds_used)
+    """Warp function (..., contacts at both ends of a piece of path) -> a time in it with the ball inside, or -1."""
+    contacts_of = contacts_at(kinds_used)
 
     @wp.func
     def crossing(
         m: Motion,
-        radius: wp.float64,
+        ball: ContactParticle,
         surfaces: Stages,
         moment: Moment,
-        first: Gap,
+        first: Contacts,
         begin: wp.float64,
-        last: Gap,
+        last: Contacts,
         end: wp.float64,
+        horizon: wp.float64,
     ):
         high = wp.float64(-1.0)
-        if last.value > wp.float64(0.0):
+        if last.least < wp.float64(0.0):
             high = end
-        else:
-            span = end - begin
-            d0 = span * gap_rate(m, first, begin)
-            d1 = span * gap_rate(m, last, end)
-            if d0 > wp.float64(0.0) and d1 < wp.float64(0.0):
-                u, value = maximum_of(first.value, d0, last.value, d1)
-                if value > CHECK_ABOVE:
-                    t = begin + u * span
-                    gap = gap_of(position_at(m, t), radius, surfaces, moment, t)
-                    if gap.value > wp.float64(0.0):
-                        high = t
+        span = end - begin
+        for k in range(first.count):
+            d0 = span * gap_rate(m, first, k, begin)
+            if high < wp.float64(0.0) and d0 < wp.float64(0.0):
+                for j in range(last.count):
+                    d1 = span * gap_rate(m, last, j, end)
+                    same = wp.dot(normal_of(first, k), normal_of(last, j)) > ALIKE
+                    if high < wp.float64(0.0) and same and d1 > wp.float64(0.0):
+                        u, value = minimum_of(first.gaps[k], d0, last.gaps[j], d1)
+                        if value < CHECK_BELOW * ball.grain and u > wp.float64(0.0) and u < wp.float64(1.0):
+                            t = begin + u * span
+                            there = contacts_of(
+                                position_at(m, t), ball.radius, horizon, ball.grain, surfaces, moment, t
+                            )
+                            if there.least < wp.float64(0.0):
+                                high = t
         return high
 
     return crossing
@@ -124,8 +151,8 @@ def contact_within(kinds_used):
 
 @functools.cache
 def first_contact(kinds_used):
-    """Warp function (motion, gap there, radius, grain, surfaces, moment, duration) -> time of contact, or -1."""
-    gap_of = gap_at(kinds_used)
+    """Warp function (motion, contacts there, ball, surfaces, moment, duration) -> time of contact, or -1."""
+    contacts_of = contacts_at(kinds_used)
     crossing = contact_within(kinds_used)
     refined = refined_contact(kinds_used)
     margin = margin_at(kinds_used)
@@ -134,38 +161,45 @@ def first_contact(kinds_used):
     @wp.func
     def first(
         m: Motion,
-        here: Gap,
-        radius: wp.float64,
-        grain: wp.float64,
+        here: Contacts,
+        ball: ContactParticle,
         surfaces: Stages,
         moment: Moment,
         duration: wp.float64,
     ):
         speed = wp.length(m.v) + duration * wp.length(m.a) + sweep(surfaces, moment.stage) / moment.dt
         piece = duration
-        if speed * duration > grain:
-            piece = grain / speed
+        if speed * duration > ball.grain:
+            piece = ball.grain / speed
         found = wp.float64(-1.0)
         known = wp.int32(1)
         t = wp.float64(0.0)
         for _ in range(PIECES):
             p = position_at(m, t)
-            room = margin(p, surfaces, moment.stage) - radius
-            if room > grain:
+            room = margin(p, surfaces, moment.stage) - ball.radius
+            if room > ball.grain:
                 t = t + room / speed
                 known = wp.int32(0)
             else:
-                if known == 0:
-                    here = gap_of(p, radius, surfaces, moment, t)
-                end = wp.min(t + piece, duration)
-                there = gap_of(position_at(m, end), radius, surfaces, moment, end)
-                high = crossing(m, radius, surfaces, moment, here, t, there, end)
-                if high >= wp.float64(0.0):
-                    found = refined(m, radius, surfaces, moment, t, high)
-                    break
-                here = there
-                known = wp.int32(1)
-                t = end
+                span = wp.min(piece, duration - t)
+                # What is nearer than a piece is long can be touched in it.
+                horizon = wp.float64(1.01) * speed * span
+                if known == 0 or here.horizon < horizon:
+                    here = contacts_of(p, ball.radius, horizon, ball.grain, surfaces, moment, t)
+                if here.least >= speed * span:
+                    t = t + here.least / speed
+                    known = wp.int32(0)
+                else:
+                    end = t + span
+                    there = contacts_of(position_at(m, end), ball.radius, horizon, ball.grain, surfaces, moment, end)
+                    if here.least + there.least < speed * span:
+                        high = crossing(m, ball, surfaces, moment, here, t, there, end, horizon)
+                        if high >= wp.float64(0.0):
+                            found = refined(m, ball, surfaces, moment, t, high, horizon)
+                            break
+                    here = there
+                    known = wp.int32(1)
+                    t = end
             if not (t < duration):
                 break
         return found

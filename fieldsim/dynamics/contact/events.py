@@ -53,7 +53,11 @@ def contact_particles(sets, escape_radius: float | None, grain: float, kept: int
         return wp.array(np.repeat(values, counts), dtype=dtype, device=device)
 
     def of_law(name, other):
-        return column(wp.float64, lambda p: float(getattr(p.contact, name, other)))
+        def value(particles):
+            given = getattr(particles.contact, name, other)
+            return other if given is None else float(given)
+
+        return column(wp.float64, value)
 
     balls.laws = column(wp.int32, lambda p: _LAWS[type(p.contact)])
     balls.radii = column(wp.float64, lambda p: p.radius)
@@ -61,7 +65,7 @@ def contact_particles(sets, escape_radius: float | None, grain: float, kept: int
     balls.frictions = of_law("friction", 0.0)
     balls.mobilities = column(wp.float64, lambda p: TURNING if getattr(p.contact, "rolling", False) else 1.0)
     balls.stiffnesses = of_law("stiffness", 0.0)
-    balls.reaches = of_law("reach", 1.0)
+    balls.reaches = of_law("reach", grain)
     for name, dtype in (("states", wp.int32), ("spins", wp.vec3d), ("bounces", wp.int32), ("logged", wp.int32)):
         setattr(balls, name, wp.zeros(total, dtype=dtype, device=device))
     balls.grain = grain

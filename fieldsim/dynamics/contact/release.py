@@ -6,12 +6,14 @@ import warnings
 import numpy as np
 import warp as wp
 
-from fieldsim.dynamics.contact.gap import TOUCHING, Moment, gap_at, push_out
-from fieldsim.dynamics.contact.particle_state import ContactParticles, makes_events
+from fieldsim.dynamics.contact.contacts import contacts_at, touching
+from fieldsim.dynamics.contact.particle_state import ContactParticles, contact_particle, makes_events
+from fieldsim.dynamics.contact.placing import push_out
 from fieldsim.dynamics.contact.surfaces import Surfaces
 from fieldsim.errors import FieldsimWarning
 from fieldsim.launch import launch
 from fieldsim.sources.margins import margin_at
+from fieldsim.sources.moments import Moment
 from fieldsim.sources.stages import Stages
 
 
@@ -44,7 +46,7 @@ def released(
 @functools.cache
 def release_kernel(surface_kinds):
     """Kernel that moves colliding particles found inside a surface out of it; `inside` (N,) marks them."""
-    gap_of = gap_at(surface_kinds)
+    contacts_of = contacts_at(surface_kinds)
     push = push_out(surface_kinds)
     margin = margin_at(surface_kinds)
 
@@ -58,14 +60,15 @@ def release_kernel(surface_kinds):
     ):
         i = start + wp.tid()
         x = positions[i]
-        radius = balls.radii[i]
+        ball = contact_particle(balls, i)
         moment = Moment()
         moment.dt = wp.float64(1.0)
         inside[i] = 0
-        if makes_events(balls.laws[i]) and margin(x, surfaces, 0) < radius:
-            gap = gap_of(x, radius, surfaces, moment, wp.float64(0.0))
-            if gap.value > TOUCHING:
+        if makes_events(ball.law) and margin(x, surfaces, 0) < ball.radius:
+            close = touching(x, ball.radius, ball.grain)
+            here = contacts_of(x, ball.radius, close, ball.grain, surfaces, moment, wp.float64(0.0))
+            if here.least < -close:
                 inside[i] = 1
-                positions[i] = push(x, radius, balls.grain, surfaces, moment)
+                positions[i] = push(x, ball, surfaces, moment, wp.float64(0.0))
 
     return release

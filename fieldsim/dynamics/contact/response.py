@@ -4,16 +4,16 @@ A step is cut at each event: up to the event the particle takes a leapfrog step 
 leapfrog steps and keeps its order, so that elastic bounces conserve energy as free motion does.
 
 A touching particle whose speed gravity could produce within a few steps rests (see `sliding`): a particle at rest
-neither sinks nor jitters.
+neither sinks nor jitters. What touches at several places answers to all of them together (see `impulses`).
 """
 
 import functools
 
 import warp as wp
 
+from fieldsim.dynamics.contact.contacts import Contacts, Numbers, contacts_at, normal_of, point_of, touching
 from fieldsim.dynamics.contact.event_detection import Motion, first_contact
-from fieldsim.dynamics.contact.friction import after_friction, slip_of
-from fieldsim.dynamics.contact.gap import TOUCHING, Gap, Moment, gap_at, push_out
+from fieldsim.dynamics.contact.impulses import grounds_of, row_of, settle
 from fieldsim.dynamics.contact.particle_state import (
     ABSORB,
     ABSORBED,
@@ -27,16 +27,19 @@ from fieldsim.dynamics.contact.particle_state import (
     ContactParticles,
     log_event,
 )
+from fieldsim.dynamics.contact.placing import push_out
 from fieldsim.dynamics.contact.repulsion import repelled_step
-from fieldsim.dynamics.contact.sliding import carry_along, ground_at, pull_between, supported
+from fieldsim.dynamics.contact.sliding import carry_along, pull_between, slow_at, supported, touched
+from fieldsim.sources.margins import sweep_at
+from fieldsim.sources.moments import Moment
 from fieldsim.sources.stages import Stages
 
-# Approach speeds below SLOW * (gravity along the normal) * dt count as rest.
-SLOW = wp.constant(wp.float64(4.0))
 # After so many hits in one step a particle slides, as in a bowl that it would follow in ever shorter hops.
 MOST_HITS = wp.constant(8)
 # Greatest number of events within one step.
 EVENTS = wp.constant(256)
+
+_settle = settle(True)
 
 
 @functools.cache
@@ -46,9 +49,9 @@ def flight(gravity_kinds, surface_kinds):
     pull = pull_between(gravity_kinds)
 
     @wp.func
-    def fly(m: Motion, here: Gap, ball: ContactParticle, gravity: Stages, surfaces: Stages, moment: Moment):
+    def fly(m: Motion, here: Contacts, ball: ContactParticle, gravity: Stages, surfaces: Stages, moment: Moment):
         h = moment.dt - moment.t
-        found = first(m, here, ball.radius, ball.grain, surfaces, moment, h)
+        found = first(m, here, ball, surfaces, moment, h)
         result = m
         result.known = wp.int32(0)
         result.t = moment.dt
@@ -66,39 +69,76 @@ def flight(gravity_kinds, surface_kinds):
     return fly
 
 
-@functools.cache
-def rebound(surface_kinds):
-    """Warp function: velocity and spin after a bounce."""
-    ground_of = ground_at(surface_kinds)
+@wp.struct
+class Meeting:
+    """How a ball meets what it touches: the contact that it approaches fastest, and whether that is a hit, or rest.
 
-    @wp.func
-    def bounce(m: Motion, here: Gap, ball: ContactParticle, leaving: wp.float64, surfaces: Stages, moment: Moment):
-        press = -(wp.float64(1.0) + ball.restitution) * leaving
-        v = m.v + press * here.normal
-        ground, _turn, _shift = ground_of(m.x, here.normal, ball, surfaces, moment)
-        slip = slip_of(v, m.spin, ground, here.normal, ball.radius)
-        v, spin = after_friction(v, m.spin, slip, here.normal, ball, press)
-        return v, spin
+    active: 1 for the contacts that touch; leaving: speed away from the surface at contact `which`; targets: speeds at
+    which the contacts send it away; hits: whether some contact is approached too fast for rest; rests: whether some
+    contact is left too slowly for flight.
+    """
 
-    return bounce
+    active: Numbers
+    targets: Numbers
+    which: wp.int32
+    leaving: wp.float64
+    hits: wp.bool
+    rests: wp.bool
+
+
+@wp.func
+def meeting_of(m: Motion, here: Contacts, ball: ContactParticle, dt: wp.float64):
+    """What a ball does to the contacts that touch, and they to it."""
+    result = Meeting()
+    result.which = wp.int32(-1)
+    result.active = touched(here, m.x, ball)
+    result.leaving = wp.float64(wp.inf)
+    for k in range(here.count):
+        result.targets[k] = here.speeds[k]
+        if result.active[k] != wp.float64(0.0):
+            leaving = wp.dot(m.v, normal_of(here, k)) - here.speeds[k]
+            slow = slow_at(here, k, m.a, dt)
+            if leaving < -slow:
+                result.hits = True
+                result.targets[k] = here.speeds[k] - ball.restitution * leaving
+            if leaving <= slow and slow > wp.float64(0.0):
+                result.rests = True
+            if leaving < result.leaving:
+                result.leaving = leaving
+                result.which = k
+    return result
 
 
 @functools.cache
 def contact_step(gravity_kinds, surface_kinds):
     """Warp function: one whole step near a surface, from `stage` to the next, begun at `time`.
 
-    Returns (motion, number of hits). Where surfaces do not move, the gap at the end is reused by the next step.
+    Returns (motion, number of hits). Where surfaces do not move, the contacts at the end are reused by the next step.
     """
     still = wp.constant(wp.int32(0 if surface_kinds[1] else 1))
-    gap_of = gap_at(surface_kinds)
+    contacts_of = contacts_at(surface_kinds)
     push = push_out(surface_kinds)
+    sweep = sweep_at(surface_kinds)
     support = supported(gravity_kinds, surface_kinds)
     fly = flight(gravity_kinds, surface_kinds)
     pull = pull_between(gravity_kinds)
-    bounce = rebound(surface_kinds)
     carry = carry_along(surface_kinds)
     repelled = repelled_step(gravity_kinds, surface_kinds)
-    ground_of = ground_at(surface_kinds)
+
+    @wp.func
+    def horizon_of(m: Motion, ball: ContactParticle, surfaces: Stages, stage: int, dt: wp.float64):
+        """How far contacts matter: what can be reached within the step, or a grain."""
+        path = dt * (wp.length(m.v) + dt * wp.length(m.a)) + sweep(surfaces, stage)
+        least = wp.float64(2.0) * touching(m.x, ball.radius, ball.grain)
+        return wp.max(wp.min(path, ball.grain), least)
+
+    @wp.func
+    def absorbed(m: Motion, here: Contacts, ball: ContactParticle, dt: wp.float64):
+        """The velocity of a ball that sticks at once."""
+        grounds = grounds_of(here, m.x, ball, dt)
+        u = row_of(grounds, here.which)
+        n = normal_of(here, here.which)
+        return u + (here.speeds[here.which] - wp.dot(u, n)) * n
 
     @wp.func
     def step(
@@ -124,53 +164,52 @@ def contact_step(gravity_kinds, surface_kinds):
         for _ in range(EVENTS):
             moment.t = m.t
             here = m.here
-            if m.known == 0:
-                here = gap_of(m.x, ball.radius, surfaces, moment, wp.float64(0.0))
-            if here.value > TOUCHING:
-                m.x = push(m.x, ball.radius, ball.grain, surfaces, moment)
-                here = gap_of(m.x, ball.radius, surfaces, moment, wp.float64(0.0))
+            horizon = horizon_of(m, ball, surfaces, stage, dt)
+            if m.known == 0 or here.horizon < horizon:
+                here = contacts_of(m.x, ball.radius, horizon, ball.grain, surfaces, moment, wp.float64(0.0))
+            if here.least < -touching(m.x, ball.radius, ball.grain):
+                m.x = push(m.x, ball, surfaces, moment, wp.float64(0.0))
+                here = contacts_of(m.x, ball.radius, horizon, ball.grain, surfaces, moment, wp.float64(0.0))
                 a = pull(m.x, gravity, stage, m.t / dt)
                 m.a = a
             if m.state == ABSORBED:
-                _u, turn, shift = ground_of(m.x, here.normal, ball, surfaces, moment)
-                x, v, there = carry(m.x, here, turn, shift, ball, surfaces, moment, dt - m.t)
+                x, v, there = carry(m.x, here, ball, surfaces, moment, dt - m.t)
                 m.x = x
                 m.v = v
                 m.here = there
                 m.t = dt
                 break
-            leaving = wp.dot(m.v, here.normal) - here.speed
-            slow = SLOW * dt * wp.max(-wp.dot(m.a, here.normal), wp.float64(0.0))
-            touching = here.value >= -TOUCHING
+            meeting = meeting_of(m, here, ball, dt)
+            touches = meeting.which >= 0
             many_hits = hits >= MOST_HITS
             before = m.v
-            if touching and ball.law == ABSORB:
-                if leaving <= wp.float64(0.0):
+            if touches and ball.law == ABSORB:
+                if meeting.leaving <= wp.float64(0.0):
                     m.state = ABSORBED
-                    u, _turn, _shift = ground_of(m.x, here.normal, ball, surfaces, moment)
-                    v = u + (here.speed - wp.dot(u, here.normal)) * here.normal
-                    m.v = v
-                    log_event(balls, ball.index, time + m.t, TAKEN, here.low, v - before)
+                    m.v = absorbed(m, here, ball, dt)
+                    log_event(balls, ball.index, time + m.t, TAKEN, point_of(here, here.which), m.v - before)
                     hits += 1
                     hit = wp.int32(0)
                     m.here = here
                     m.known = wp.int32(1)
                     continue
-            elif touching and leaving < -slow and not many_hits:
-                v, spin = bounce(m, here, ball, leaving, surfaces, moment)
-                m.v = v
-                m.spin = spin
-                log_event(balls, ball.index, time + m.t, HIT, here.low, v - before)
-                leaving = -ball.restitution * leaving
+            elif touches and meeting.hits and not many_hits:
+                grounds = grounds_of(here, m.x, ball, dt)
+                end = _settle(m.v, m.spin, here, meeting.active, meeting.targets, Numbers(), grounds, ball)
+                m.v = end.v
+                m.spin = end.spin
+                log_event(balls, ball.index, time + m.t, HIT, point_of(here, meeting.which), m.v - before)
+                meeting = meeting_of(m, here, ball, dt)
                 hit = wp.int32(1)
             hits += hit
             hit = wp.int32(0)
-            if ball.law != ABSORB and touching and ((leaving <= slow and slow > wp.float64(0.0)) or many_hits):
+            if ball.law != ABSORB and touches and (meeting.rests or many_hits):
                 if m.state != RESTING:
                     m.state = RESTING
-                    fall = wp.max(-leaving, wp.float64(0.0))
-                    log_event(balls, ball.index, time + m.t, LAND, here.low, fall * here.normal)
-                m = support(m, here, ball, gravity, surfaces, moment)
+                    fall = wp.max(-meeting.leaving, wp.float64(0.0))
+                    normal = normal_of(here, meeting.which)
+                    log_event(balls, ball.index, time + m.t, LAND, point_of(here, meeting.which), fall * normal)
+                m = support(m, here, meeting.active, ball, gravity, surfaces, moment, horizon)
                 m.known = wp.int32(1)
             else:
                 m.state = MOVING

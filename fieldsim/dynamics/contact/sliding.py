@@ -1,22 +1,45 @@
-"""ContactParticles on the surface F = 1: stuck to it, sliding or rolling along it, or leaving it, as Warp functions.
+"""Balls on the surface F = 1: stuck to it, sliding or rolling along it, or leaving it, as Warp functions.
 
-A sliding ball is held on the surface by a constraint force that can push but not pull (RATTLE, Andersen 1983). The
-normal impulse of each half step limits the friction impulse of that half, so that sliding keeps the order of leapfrog.
-A point mass sticks if friction within its cone can stop it and hold it for the rest of the step: it moves with the
-material, and on a surface that does not move it stays exactly in place.
+A sliding ball is held on all surfaces it touches by constraint forces that can push but not pull (RATTLE, Andersen
+1983). The impulses along the normals of each half step limit friction's in that half, so that sliding keeps the order
+of leapfrog. A ball sticks if friction within its cones can stop it and hold it for the rest of the step: it moves with
+the material, and on a surface that does not move it stays exactly in place. So does one that no force can move, as in
+a groove without friction.
 """
 
 import functools
 
 import warp as wp
 
-from fieldsim.dynamics.contact.event_detection import Motion
-from fieldsim.dynamics.contact.friction import after_friction, slip_of
-from fieldsim.dynamics.contact.gap import REFINEMENTS, TOLERANCE, TOUCHING, Gap, Moment, gap_at, push_out
+from fieldsim.dynamics.contact.contacts import (
+    Contacts,
+    Numbers,
+    Vectors,
+    contacts_at,
+    normal_of,
+    tolerance,
+    touching,
+    twist_of,
+)
+from fieldsim.dynamics.contact.event_detection import ALIKE, REFINEMENTS, Motion
+from fieldsim.dynamics.contact.impulses import Settled, grounds_of, row_of, settle
 from fieldsim.dynamics.contact.particle_state import ContactParticle
+from fieldsim.dynamics.contact.placing import push_out, set_down
 from fieldsim.sources.field import field_at
+from fieldsim.sources.moments import Moment
 from fieldsim.sources.stages import Stages
-from fieldsim.sources.surface_velocity import screw, twist_at
+from fieldsim.sources.surface_velocity import screw
+
+# Approach speeds below SLOW * (gravity along the normal) * dt count as rest.
+SLOW = wp.constant(wp.float64(4.0))
+# What is left of the forces on a ball that is held, as a share of them.
+HELD = wp.constant(wp.float64(1e-11))
+# Sweeps of the linear problem within a step of the constraints, and the least share of a lift that opens a gap.
+SWEEPS = wp.constant(100)
+LEAST_LIFT = wp.constant(wp.float64(0.1))
+
+_settle = settle(True)
+_rub = settle(False)
 
 
 @functools.cache
@@ -40,191 +63,273 @@ def pull_between(kinds_used):
     return changing if kinds_used[1] else still
 
 
-@functools.cache
-def ground_at(kinds_used):
-    """Warp function (center, normal, ball, surfaces, moment) -> (velocity of the ground, turn, shift).
+@wp.func
+def slow_at(contacts: Contacts, k: int, a: wp.vec3d, dt: wp.float64):
+    """The speed of approach to contact k below which a ball under the acceleration a rests."""
+    return SLOW * dt * wp.max(-wp.dot(a, normal_of(contacts, k)), wp.float64(0.0))
 
-    For a ball that rolls this is the velocity of the material at its lowest point. Other balls are assumed to rotate
-    with the ground, so theirs is the velocity of the material extended to their centre.
-    """
-    twist = twist_at(kinds_used)
 
-    @wp.func
-    def ground(x: wp.vec3d, normal: wp.vec3d, ball: ContactParticle, surfaces: Stages, moment: Moment):
-        p = x - ball.radius * normal
-        turn, shift = twist(p, surfaces, moment.stage)
-        if ball.mobility == wp.float64(1.0):
-            p = x
-        return (wp.cross(turn, p) + shift) / moment.dt, turn, shift
-
-    return ground
+@wp.func
+def touched(contacts: Contacts, x: wp.vec3d, ball: ContactParticle):
+    """1 for the contacts that touch."""
+    active = Numbers()
+    close = touching(x, ball.radius, ball.grain)
+    for k in range(contacts.count):
+        if contacts.gaps[k] <= close:
+            active[k] = wp.float64(1.0)
+    return active
 
 
 @functools.cache
 def carry_along(kinds_used):
-    """Warp function that moves a ball with the twist of its ground for a time -> (position, velocity, gap there)."""
+    """Warp function that moves a ball with the material for a time -> (position, velocity, contacts there)."""
     moving = len(kinds_used[1]) > 0
-    gap_of = gap_at(kinds_used)
-    push = push_out(kinds_used)
+    contacts_of = contacts_at(kinds_used)
+    down = set_down(kinds_used)
 
     @wp.func
     def stay(
-        x: wp.vec3d,
-        here: Gap,
-        turn: wp.vec3d,
-        shift: wp.vec3d,
-        ball: ContactParticle,
-        surfaces: Stages,
-        moment: Moment,
-        duration: wp.float64,
+        x: wp.vec3d, here: Contacts, ball: ContactParticle, surfaces: Stages, moment: Moment, duration: wp.float64
     ):
         return x, wp.vec3d(), here
 
     @wp.func
     def carry(
-        x: wp.vec3d,
-        here: Gap,
-        turn: wp.vec3d,
-        shift: wp.vec3d,
-        ball: ContactParticle,
-        surfaces: Stages,
-        moment: Moment,
-        duration: wp.float64,
+        x: wp.vec3d, here: Contacts, ball: ContactParticle, surfaces: Stages, moment: Moment, duration: wp.float64
     ):
+        turn, shift = twist_of(here, here.which)
         share = duration / moment.dt
         x = screw(x, share * turn, share * shift)
-        end = moment
-        end.t = moment.t + duration
-        there = gap_of(x, ball.radius, surfaces, end, wp.float64(0.0))
-        if there.value > wp.float64(0.0) or there.value < -TOLERANCE:
-            x = push(x, ball.radius, ball.grain, surfaces, end)
-            there = gap_of(x, ball.radius, surfaces, end, wp.float64(0.0))
+        # What grows or melts together comes nearer or goes away besides.
+        x = down(x, ball, surfaces, moment, duration, wp.float64(0.5) * ball.grain)
+        there = contacts_of(x, ball.radius, here.horizon, ball.grain, surfaces, moment, duration)
         u = (wp.cross(turn, x) + shift) / moment.dt
-        return x, u + (there.speed - wp.dot(u, there.normal)) * there.normal, there
+        if there.count > 0:
+            n = normal_of(there, there.which)
+            u = u + (there.speeds[there.which] - wp.dot(u, n)) * n
+        return x, u, there
 
     return carry if moving else stay
 
 
 @wp.func
-def sticks(
-    m: Motion,
-    here: Gap,
-    ball: ContactParticle,
-    slip: wp.vec3d,
-    ground: wp.vec3d,
-    turn: wp.vec3d,
-    h: wp.float64,
-    dt: wp.float64,
-):
-    """Whether friction can end the slip within h, and hold the ball against the tangential force."""
+def sticks(m: Motion, here: Contacts, active: Numbers, grounds: Vectors, ball: ContactParticle, h: wp.float64,
+           dt: wp.float64):  # fmt: skip
+    """Whether the contacts can end all motion relative to the material within h, and hold the ball there."""
+    ground = row_of(grounds, here.which)
+    turn, _shift = twist_of(here, here.which)
     # In the frame of the material, which is accelerated towards its axis.
     a = m.a - wp.cross(turn, ground) / dt
-    press = -wp.dot(a, here.normal)
-    along = slip + h * (a + press * here.normal)
-    holds = press > wp.float64(0.0) and wp.length(along) <= ball.friction * press * h
-    return holds and ball.mobility == wp.float64(1.0)
+    end = _settle(m.v + h * a, m.spin, here, active, here.speeds, Numbers(), grounds, ball)
+    size = HELD * (wp.length(m.v - ground) + h * wp.length(a))
+    rest = end.v - ground
+    n = normal_of(here, here.which)
+    rest = rest - (here.speeds[here.which] - wp.dot(ground, n)) * n
+    held = wp.length(rest) <= size and wp.length(end.presses) > wp.float64(0.0)
+    if ball.mobility != wp.float64(1.0):
+        held = held and ball.radius * wp.length(end.spin - turn / dt) <= size
+    return held
+
+
+@wp.func
+def matching(there: Contacts, normal: wp.vec3d):
+    """Which contact has the normal most like the given one; -1 if none is like it."""
+    found = wp.int32(-1)
+    best = ALIKE
+    for j in range(there.count):
+        like = wp.dot(normal_of(there, j), normal)
+        if like > best:
+            best = like
+            found = j
+    return found
+
+
+@wp.func
+def in_place(here: Contacts, there: Contacts, active: Numbers, lifts: Numbers, close: wp.float64):
+    """Whether all active contacts are as they must be: touching where there is a lift, else not reached into."""
+    for k in range(here.count):
+        if active[k] != wp.float64(0.0):
+            j = matching(there, normal_of(here, k))
+            gap = wp.float64(wp.inf)
+            if j >= 0:
+                gap = there.gaps[j]
+            if gap < wp.float64(0.0) or (lifts[k] > wp.float64(0.0) and gap > close):
+                return False
+    return True
+
+
+@wp.func
+def lifted(here: Contacts, there: Contacts, active: Numbers, lifts: Numbers, close: wp.float64):
+    """Lifts along the normals at the start that, to first order, put all contacts in place at the end."""
+    result = lifts
+    for _ in range(SWEEPS):
+        change = wp.float64(0.0)
+        for k in range(here.count):
+            if active[k] != wp.float64(0.0):
+                normal = normal_of(here, k)
+                j = matching(there, normal)
+                value = wp.float64(0.0)
+                if j >= 0:
+                    outward = normal_of(there, j)
+                    gap = there.gaps[j] - wp.float64(0.5) * close
+                    for i in range(here.count):
+                        gap += (result[i] - lifts[i]) * wp.dot(normal_of(here, i), outward)
+                    rise = wp.max(wp.dot(normal, outward), LEAST_LIFT)
+                    value = wp.max(result[k] - gap / rise, wp.float64(0.0))
+                change = wp.max(change, wp.abs(value - result[k]))
+                result[k] = value
+        if change <= wp.float64(0.01) * close:
+            break
+    return result
+
+
+@wp.struct
+class Slide:
+    """A drift along the surface: place, velocity, spin, contacts there, and how far each contact lifted the ball."""
+
+    x: wp.vec3d
+    v: wp.vec3d
+    spin: wp.vec3d
+    there: Contacts
+    lifts: Numbers
 
 
 @functools.cache
 def slide_on(surface_kinds):
-    """Warp function: half a kick and a drift along the surface -> (x, v, spin, gap there, held)."""
-    gap_of = gap_at(surface_kinds)
+    """Warp function: half a kick and a drift along the surface -> Slide."""
+    contacts_of = contacts_at(surface_kinds)
 
     @wp.func
     def slide(
-        m: Motion, here: Gap, ball: ContactParticle, ground: wp.vec3d, surfaces: Stages, moment: Moment, h: wp.float64
+        m: Motion,
+        here: Contacts,
+        active: Numbers,
+        grounds: Vectors,
+        ball: ContactParticle,
+        surfaces: Stages,
+        moment: Moment,
+        h: wp.float64,
+        horizon: wp.float64,
     ):
-        v = m.v + wp.float64(0.5) * h * m.a
-        spin = m.spin
-        free = m.x + h * v
-        # First as on a plane; then corrected in both directions, down to the point where the force would pull.
-        lift = h * wp.max(here.speed - wp.dot(v, here.normal), wp.float64(0.0))
-        x = free + lift * here.normal
-        there = gap_of(x, ball.radius, surfaces, moment, h)
+        result = Slide()
+        result.v = m.v + wp.float64(0.5) * h * m.a
+        result.spin = m.spin
+        x = m.x + h * result.v
+        close = tolerance(x, ball.radius, ball.grain)
         rub = ball.friction > wp.float64(0.0)
-        held = wp.int32(1)
         for _ in range(REFINEMENTS):
-            if there.value <= wp.float64(0.0) and there.value >= -TOLERANCE and not rub:
+            result.there = contacts_of(x, ball.radius, horizon, ball.grain, surfaces, moment, h)
+            if not rub and in_place(here, result.there, active, result.lifts, close):
                 break
-            step = wp.float64(0.0)
-            if there.value > wp.float64(0.0) or there.value < -TOLERANCE:
-                rise = there.slope * wp.max(wp.dot(there.normal, here.normal), wp.float64(0.1))
-                step = (there.value + wp.float64(0.5) * TOLERANCE) / rise
-            if lift + step <= wp.float64(0.0):
-                held = wp.int32(0)
-                x = free
-                there = gap_of(x, ball.radius, surfaces, moment, h)
-                break
-            x = x + step * here.normal
-            lift = lift + step
+            lifts = lifted(here, result.there, active, result.lifts, close)
+            for k in range(here.count):
+                x = x + (lifts[k] - result.lifts[k]) * normal_of(here, k)
+            result.lifts = lifts
             if rub:
-                slip = slip_of(v, spin, ground, here.normal, ball.radius)
-                faster, spin = after_friction(v, spin, slip, here.normal, ball, lift / h)
-                x = x + h * (faster - v)
-                v = faster
+                rubbed = _rub(result.v, result.spin, here, active, Numbers(), lifts / h, grounds, ball)
+                x = x + h * (rubbed.v - result.v)
+                result.v = rubbed.v
+                result.spin = rubbed.spin
                 rub = False
-            there = gap_of(x, ball.radius, surfaces, moment, h)
-        if held == 1:
-            v = v + (lift / h) * here.normal
-        return x, v, spin, there, held
+        result.x = x
+        for k in range(here.count):
+            result.v = result.v + (result.lifts[k] / h) * normal_of(here, k)
+        return result
 
     return slide
+
+
+@wp.func
+def held_on(here: Contacts, slid: Slide, ball: ContactParticle):
+    """1 for the contacts at the end of a slide that hold the ball: they touch, and their likes lifted it."""
+    active = Numbers()
+    close = touching(slid.x, ball.radius, ball.grain)
+    for k in range(here.count):
+        if slid.lifts[k] > wp.float64(0.0):
+            j = matching(slid.there, normal_of(here, k))
+            if j >= 0 and slid.there.gaps[j] <= close:
+                active[j] = wp.float64(1.0)
+    return active
+
+
+@wp.func
+def time_along(m: Motion, here: Contacts, active: Numbers, ball: ContactParticle, h: wp.float64, dt: wp.float64):
+    """How long a ball may slide at once: no farther than a grain, nor into what it is yet to hit."""
+    speed = wp.length(m.v)
+    if speed * h > ball.grain:
+        h = ball.grain / speed
+    for k in range(here.count):
+        if active[k] == wp.float64(0.0):
+            closing = here.speeds[k] - wp.dot(m.v, normal_of(here, k))
+            if closing > slow_at(here, k, m.a, dt) and here.gaps[k] < closing * h:
+                h = wp.max(here.gaps[k] / closing, wp.float64(1e-6) * h)
+    return h
 
 
 @functools.cache
 def supported(gravity_kinds, surface_kinds):
     """Warp function that moves a touching ball: with the surface, along it, or off it where no force presses it on."""
-    gap_of = gap_at(surface_kinds)
+    contacts_of = contacts_at(surface_kinds)
     push = push_out(surface_kinds)
     pull = pull_between(gravity_kinds)
-    ground_of = ground_at(surface_kinds)
     carry = carry_along(surface_kinds)
     slide = slide_on(surface_kinds)
 
     @wp.func
-    def support(m: Motion, here: Gap, ball: ContactParticle, gravity: Stages, surfaces: Stages, moment: Moment):
+    def support(
+        m: Motion,
+        here: Contacts,
+        active: Numbers,
+        ball: ContactParticle,
+        gravity: Stages,
+        surfaces: Stages,
+        moment: Moment,
+        horizon: wp.float64,
+    ):
         h = moment.dt - moment.t
-        ground, turn, shift = ground_of(m.x, here.normal, ball, surfaces, moment)
-        # Landing: remove the remaining approach velocity; its normal impulse allows friction.
-        press = wp.max(here.speed - wp.dot(m.v, here.normal), wp.float64(0.0))
-        m.v = m.v + press * here.normal
-        slip = slip_of(m.v, m.spin, ground, here.normal, ball.radius)
-        v, spin = after_friction(m.v, m.spin, slip, here.normal, ball, press)
-        m.v = v
-        m.spin = spin
-        slip = slip_of(m.v, m.spin, ground, here.normal, ball.radius)
+        grounds = grounds_of(here, m.x, ball, moment.dt)
+        # Landing: remove what is left of the approach; its impulses allow friction.
+        landed = _settle(m.v, m.spin, here, active, here.speeds, Numbers(), grounds, ball)
+        m.v = landed.v
+        m.spin = landed.spin
         result = m
         result.t = moment.dt
-        if sticks(m, here, ball, slip, ground, turn, h, moment.dt):
-            x, v, there = carry(m.x, here, turn, shift, ball, surfaces, moment, h)
+        if sticks(m, here, active, grounds, ball, h, moment.dt):
+            x, v, there = carry(m.x, here, ball, surfaces, moment, h)
             result.x = x
             result.v = v
+            turn, _shift = twist_of(here, here.which)
+            if ball.mobility != wp.float64(1.0):
+                result.spin = turn / moment.dt
             result.here = there
             a = pull(x, gravity, moment.stage, wp.float64(1.0))
             result.a = a
             return result
-        speed = wp.length(m.v)
-        if speed * h > ball.grain:
-            h = ball.grain / speed
+        part = time_along(m, here, active, ball, h, moment.dt)
+        if part < h:
+            h = part
             result.t = moment.t + h
-        x, v, spin, there, held = slide(m, here, ball, ground, surfaces, moment, h)
-        if there.value > TOUCHING:
-            ending = moment
-            ending.t = result.t
-            x = push(x, ball.radius, ball.grain, surfaces, ending)
-            there = gap_of(x, ball.radius, surfaces, ending, wp.float64(0.0))
+        slid = slide(m, here, active, grounds, ball, surfaces, moment, h, horizon)
+        x = slid.x
+        there = slid.there
+        holds = held_on(here, slid, ball)
+        if there.least < -touching(x, ball.radius, ball.grain):
+            x = push(x, ball, surfaces, moment, h)
+            there = contacts_of(x, ball.radius, horizon, ball.grain, surfaces, moment, h)
+            slid.x = x
+            slid.there = there
+            holds = held_on(here, slid, ball)
         a = pull(x, gravity, moment.stage, result.t / moment.dt)
-        v = v + wp.float64(0.5) * h * a
-        if held == 1:
-            press = wp.max(there.speed - wp.dot(v, there.normal), wp.float64(0.0))
-            v = v + press * there.normal
-            ground, _t, _s = ground_of(x, there.normal, ball, surfaces, moment)
-            slip = slip_of(v, spin, ground, there.normal, ball.radius)
-            v, spin = after_friction(v, spin, slip, there.normal, ball, press)
+        end = Settled()
+        end.v = slid.v + wp.float64(0.5) * h * a
+        end.spin = slid.spin
+        if wp.length(holds) > wp.float64(0.0):
+            grounds = grounds_of(there, x, ball, moment.dt)
+            end = _settle(end.v, end.spin, there, holds, there.speeds, Numbers(), grounds, ball)
         result.x = x
-        result.v = v
+        result.v = end.v
         result.a = a
-        result.spin = spin
+        result.spin = end.spin
         result.here = there
         return result
 

@@ -43,8 +43,11 @@ class Surfaces:
             return self._still
         rows = with_reach(self.sources.rows_at(times), self.sources.moving_kinds, len(self))
         sweep = sweeps(rows, self.sources.moving_kinds)
-        self._warn_of_leaps(sweep, times)
-        rows = np.concatenate([rows, twists(*self.sources.poses_at(times))], axis=-1)
+        deforming = self.sources.deforming
+        # What only moves is exact between stages.
+        self._warn_of_leaps(sweeps(rows[:, deforming], self.sources.moving_kinds[deforming]), times)
+        deforms = np.broadcast_to(deforming, rows.shape[:2])[..., None]
+        rows = np.concatenate([rows, twists(*self.sources.poses_at(times)), deforms], axis=-1)
         stages = tables(self.sources, self._fixed_rows, rows, device, self._still, sweep)
         if self._still is None:
             self._still = stages
@@ -60,7 +63,7 @@ class Surfaces:
         if sweep[fastest] > 2.0 * self.grain and not self._warned:
             self._warned = True
             warnings.warn(
-                f"at time {times[fastest]:g} a surface moves {sweep[fastest]:.3g} in one step, more than its softness "
+                f"at time {times[fastest]:g} a surface deforms by {sweep[fastest]:.3g} in one step, more than its softness "
                 f"{2 * self.grain:.3g}: it may pass over particles; give a shorter dt",
                 FieldsimWarning,
                 stacklevel=4,

@@ -7,10 +7,12 @@ from fieldsim.dynamics.rigid.contact import Shells
 from fieldsim.dynamics.rigid.gravity import Masses
 from fieldsim.dynamics.rigid.kernel import Rigids
 from fieldsim.numerics import quaternion
+from fieldsim.potentials import registry
 from fieldsim.potentials.elements import concatenate
 from fieldsim.potentials.row import ROW_WIDTH
 from fieldsim.sources.elements import Sources
-from fieldsim.sources.margins import with_reach
+from fieldsim.sources.margins import refuse_compact, with_reach
+from fieldsim.sources.rows import STILL_WIDTH
 from fieldsim.sources.stages import Stages, tables, upload
 
 HOST = "cpu"
@@ -18,6 +20,7 @@ HOST = "cpu"
 
 def prescribed_tables(gravity: Sources, surfaces: Sources, times) -> tuple[Stages, Stages]:
     """What prescribed bodies give at the stages `times`: their gravity, and their surfaces with their reach."""
+    refuse_compact(one.kernel for one in registry.formulas_of(sum(surfaces.kinds_used, ())).values())
     fixed = with_reach(surfaces.fixed.rows, surfaces.fixed.kinds, len(surfaces))
     moving = with_reach(surfaces.rows_at(times), surfaces.moving_kinds, len(surfaces))
     return upload(gravity, times, HOST), tables(surfaces, fixed, moving, HOST)
@@ -65,7 +68,7 @@ def shells_of(starts, stiffnesses) -> Shells:
     shells.blocks = host_array(np.concatenate([np.zeros((0, 4)), *(shell.blocks for shell in found)]), wp.vec4d)
     shells.block_end = wp.array(np.concatenate([[], *ends]), dtype=wp.int32, device=HOST)
     shells.first_block = _firsts([start.shell.ends if start.shell else () for start in starts])
-    _pack_rows(shells, [start.surface_elements() for start in starts], ROW_WIDTH + 1)
+    _pack_rows(shells, [start.surface_elements() for start in starts], STILL_WIDTH)
     reach = [np.linalg.norm(start.shell.points, axis=1).max() if start.shell else 0.0 for start in starts]
     shells.reach = host_array(1.01 * np.array(reach), wp.float64)
     return shells

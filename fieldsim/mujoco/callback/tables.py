@@ -12,10 +12,11 @@ from fieldsim.dynamics.refusals import refuse
 from fieldsim.errors import InputError
 from fieldsim.mujoco.callback.field_callbacks import LENGTHS, sum_of
 from fieldsim.mujoco.callback.rows import AXIS, CENTER, MOTION, PHASE, RATE, SHIFT, SPINS, TURN
+from fieldsim.potentials import registry
 from fieldsim.potentials.elements import Elements, concatenate
 from fieldsim.potentials.field import Field
 from fieldsim.sources.elements import elements_of
-from fieldsim.sources.margins import with_reach
+from fieldsim.sources.margins import refuse_compact, with_reach
 from fieldsim.sources.surface_velocity import twist_rate
 from fieldsim.world.body import Body
 from fieldsim.world.motion import Pose, Spin, pose_at
@@ -150,7 +151,10 @@ class SourceTable:
 
     def _bounded(self, rows, kinds):
         """Rows with their reach where contact needs it."""
-        return with_reach(rows, kinds, self._total) if self.role == "surface" else rows
+        if self.role != "surface":
+            return rows
+        refuse_compact(one.kernel for one in registry.formulas_of(np.unique(kinds)).values())
+        return with_reach(rows, kinds, self._total)
 
     def at(self, time: float) -> None:
         """Bring the rows that only Python can move to `time`."""

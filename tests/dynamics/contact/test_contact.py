@@ -322,7 +322,6 @@ def test_a_bounce_off_a_moving_surface_is_that_off_one_at_rest():
             0,
         ]
 
-    # Between stages log F of a moved surface is interpolated: an error of second order in speed dt.
-    coarse, fine = (np.abs(bounced(2.3, dt) - bounced(0.0, dt)).max() for dt in (2e-3, 1e-3))
-    assert fine < 1e-5
-    assert 3.0 < coarse / fine < 5.0
+    # Between stages a body moves by a screw, so that what does not deform is exact at any time.
+    for dt in (0.1, 1e-3):
+        np.testing.assert_allclose(bounced(2.3, dt), bounced(0.0, dt), atol=1e-11)

@@ -185,11 +185,15 @@ def test_balls_bounce_on_equipotentials(surface):
 
 
 @pytest.mark.parametrize("kernel", [fs.Quartic, fs.SoftObject, fs.Metaball])
-def test_contact_with_kernels_that_end_is_refused(kernel):
+def test_balls_bounce_off_kernels_that_end(kernel):
+    """The field is 0 at the centre of a ball that touches; its nearest surface is found all the same."""
     world = fs.World()
-    world.add_body(fs.Body(fs.Point((0, 0, 0)), surface=thin(kernel)))
-    world.add_particles([(1.0, 0, 0)], [(0, 0, 0)], contact=fs.Bounce(1.0))
-    with pytest.raises(fs.InputError, match=f"no contact is known for a surface of {kernel.__name__}"):
-        fs.Simulation(world, fs.Leapfrog(2e-3)).advance(0.1)
-    world.particles = [fs.Particles([(1.0, 0, 0)], [(0, 0, 0)])]
-    fs.Simulation(world, fs.Leapfrog(2e-3)).advance(0.1)
+    world.add_body(fs.Body(fs.Point((0, 0, 0)), surface=fs.Material(radius=0.3, kernel=kernel)))
+    world.add_particles([(2.0, 0.5, 0)], [(-1.0, 0, 0)], radius=0.9, contact=fs.Bounce(1.0))
+    simulation = fs.Simulation(world, fs.Leapfrog(0.05))
+    simulation.advance(3.0)
+    across = np.array([np.sqrt(1.2**2 - 0.5**2), 0.5, 0.0]) / 1.2
+    assert simulation.bounces == 1
+    assert simulation.events.times[0] == pytest.approx(2.0 - 1.2 * across[0], abs=1e-9)
+    np.testing.assert_allclose(simulation.events.positions[0], 0.3 * across, atol=1e-9)
+    np.testing.assert_allclose(simulation.velocities[0][0], [-1.0, 0, 0] + 2.0 * across[0] * across, atol=1e-9)

@@ -1,0 +1,122 @@
+"""Impulses at all contacts of a ball together: none that approaches goes on to do so, and friction in Coulomb's cone.
+
+Projected Gauss-Seidel (Moreau 1988, Jean 1999): contact by contact the impulse along the normal is set so that the ball
+leaves at its target speed there, or to 0 where it leaves faster; then friction ends the slip, or goes to its limit. One
+contact is solved in one sweep, several until nothing changes.
+"""
+
+import functools
+
+import warp as wp
+
+from fieldsim.dynamics.contact.contacts import Contacts, Numbers, Vectors, normal_of, point_of, twist_of
+from fieldsim.dynamics.contact.laws import coulomb
+from fieldsim.dynamics.contact.particle_state import ContactParticle
+
+# Sweeps end with changes below this share of the velocities, or after so many.
+SETTLED = wp.constant(wp.float64(1e-15))
+SWEEPS = wp.constant(1000)
+
+_coulomb = coulomb.warp(wp.float64)
+
+
+@wp.struct
+class Settled:
+    """Velocity and spin after impulses, and the impulse along each contact's normal."""
+
+    v: wp.vec3d
+    spin: wp.vec3d
+    presses: Numbers
+
+
+@wp.func
+def row_of(vectors: Vectors, k: int):
+    """Row k."""
+    return wp.vec3d(vectors[k, 0], vectors[k, 1], vectors[k, 2])
+
+
+@wp.func
+def grounds_of(contacts: Contacts, x: wp.vec3d, ball: ContactParticle, dt: wp.float64):
+    """Velocities of the ground at each contact.
+
+    For a ball that rolls, of the material at its point of contact. Other balls are assumed to rotate with the ground,
+    so theirs is the velocity of the material extended to their centre.
+    """
+    grounds = Vectors()
+    for k in range(contacts.count):
+        turn, shift = twist_of(contacts, k)
+        p = x
+        if ball.mobility != wp.float64(1.0):
+            p = point_of(contacts, k)
+        grounds[k] = (wp.cross(turn, p) + shift) / dt
+    return grounds
+
+
+@wp.func
+def slip_of(v: wp.vec3d, spin: wp.vec3d, ground: wp.vec3d, normal: wp.vec3d, radius: wp.float64):
+    """Slip velocity: of a ball's point of contact along the surface, relative to the material there."""
+    slip = v - ground - radius * wp.cross(spin, normal)
+    return slip - wp.dot(slip, normal) * normal
+
+
+@wp.func
+def rubbed(
+    v: wp.vec3d,
+    spin: wp.vec3d,
+    ground: wp.vec3d,
+    normal: wp.vec3d,
+    ball: ContactParticle,
+    total: wp.vec3d,
+    press: wp.float64,
+):
+    """Velocity, spin and the sum of friction's impulses at a contact, `total` so far, under the impulse `press`."""
+    slip = slip_of(v, spin, ground, normal, ball.radius)
+    jx, jy, jz = _coulomb(slip[0], slip[1], slip[2], total[0], total[1], total[2], ball.mobility, ball.friction * press)
+    impulse = wp.vec3d(jx, jy, jz) - total
+    turned = (ball.mobility - wp.float64(1.0)) / ball.radius * wp.cross(normal, impulse)
+    return v + impulse, spin - turned, total + impulse
+
+
+@functools.cache
+def settle(pressing: bool):
+    """Warp function (v, spin, contacts, active, targets, presses, grounds, ball) -> Settled.
+
+    active: 1 for contacts that count; targets: least velocities along the normals afterwards. pressing: whether the
+    impulses along the normals are found; otherwise they are given, and there is friction alone.
+    """
+
+    @wp.func
+    def settled(
+        v: wp.vec3d,
+        spin: wp.vec3d,
+        contacts: Contacts,
+        active: Numbers,
+        targets: Numbers,
+        presses: Numbers,
+        grounds: Vectors,
+        ball: ContactParticle,
+    ):
+        rubs = Vectors()
+        for _ in range(SWEEPS):
+            change = wp.float64(0.0)
+            for k in range(contacts.count):
+                if active[k] != wp.float64(0.0):
+                    normal = normal_of(contacts, k)
+                    before = v
+                    if wp.static(pressing):
+                        press = wp.max(presses[k] + targets[k] - wp.dot(v, normal), wp.float64(0.0))
+                        v = v + (press - presses[k]) * normal
+                        presses[k] = press
+                    if ball.friction > wp.float64(0.0):
+                        v, spin, total = rubbed(v, spin, row_of(grounds, k), normal, ball, row_of(rubs, k), presses[k])
+                        rubs[k] = total
+                    change = wp.max(change, wp.length(v - before))
+            if change <= SETTLED * (wp.length(v) + change):
+                break
+        result = Settled()
+        result.v = v
+        result.spin = spin
+        result.presses = presses
+        return result
+
+    return settled

@@ -1,0 +1,71 @@
+"""Where a ball touches: moved out of what it reaches into, or back to what it has left, as Warp functions."""
+
+import functools
+
+import warp as wp
+
+from fieldsim.dynamics.contact.contacts import Contacts, contacts_at, normal_of, point_of, tolerance, touching
+from fieldsim.dynamics.contact.event_detection import REFINEMENTS
+from fieldsim.dynamics.contact.particle_state import ContactParticle
+from fieldsim.sources.moments import Moment
+from fieldsim.sources.stages import Stages
+
+
+@wp.func
+def violated(contacts: Contacts, radius: wp.float64):
+    """The contact to leave by: of a centre within the body the nearest way out, else where the ball reaches deepest."""
+    found = contacts.which
+    out = wp.float64(-wp.inf)
+    for k in range(contacts.count):
+        gap = contacts.gaps[k]
+        if gap + radius < wp.float64(0.0) and gap > out:
+            out = gap
+            found = k
+    return found
+
+
+@functools.cache
+def push_out(kinds_used):
+    """Warp function (centre, ball, surfaces, moment, time after it) -> the centre from where the ball only touches."""
+    contacts_of = contacts_at(kinds_used)
+
+    @wp.func
+    def push(p: wp.vec3d, ball: ContactParticle, surfaces: Stages, moment: Moment, later: wp.float64):
+        for _ in range(REFINEMENTS):
+            horizon = touching(p, ball.radius, ball.grain)
+            there = contacts_of(p, ball.radius, horizon, ball.grain, surfaces, moment, later)
+            if not there.least < wp.float64(0.0):
+                break
+            k = violated(there, ball.radius)
+            outside = ball.radius + wp.float64(0.5) * tolerance(p, ball.radius, ball.grain)
+            p = point_of(there, k) + outside * normal_of(there, k)
+        return p
+
+    return push
+
+
+@functools.cache
+def set_down(kinds_used):
+    """Warp function (centre, ball, surfaces, moment, time after it, horizon) -> the centre moved until it touches.
+
+    horizon: from how far; what is farther stays.
+    """
+    contacts_of = contacts_at(kinds_used)
+    push = push_out(kinds_used)
+
+    @wp.func
+    def down(
+        p: wp.vec3d,
+        ball: ContactParticle,
+        surfaces: Stages,
+        moment: Moment,
+        later: wp.float64,
+        horizon: wp.float64,
+    ):
+        there = contacts_of(p, ball.radius, horizon, ball.grain, surfaces, moment, later)
+        close = tolerance(p, ball.radius, ball.grain)
+        if there.count > 0 and there.least > close:
+            p = point_of(there, there.which) + (ball.radius + wp.float64(0.5) * close) * normal_of(there, there.which)
+        return push(p, ball, surfaces, moment, later)
+
+    return down

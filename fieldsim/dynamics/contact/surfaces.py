@@ -63,8 +63,8 @@ class Surfaces:
         if sweep[fastest] > 2.0 * self.grain and not self._warned:
             self._warned = True
             warnings.warn(
-                f"at time {times[fastest]:g} a surface deforms by {sweep[fastest]:.3g} in one step, more than its softness "
-                f"{2 * self.grain:.3g}: it may pass over particles; give a shorter dt",
+                f"at time {times[fastest]:g} a surface deforms by {sweep[fastest]:.3g} in one step, more than its "
+                f"softness {2 * self.grain:.3g}: it may pass over particles; give a shorter dt",
                 FieldsimWarning,
                 stacklevel=4,
             )

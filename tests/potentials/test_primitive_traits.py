@@ -130,13 +130,15 @@ def test_measures_are_integrals(primitive):
 @pytest.mark.parametrize("primitive", FINITE, ids=named)
 def test_boxes_hold_it(primitive):
     points, _ = cells(primitive)
+    ends = on(primitive, np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]))
     # An arc's box is that of its whole circle, a face's holds the solid's centre, but not its row's.
     whole = cells(dataclasses.replace(primitive, angle=math.tau))[0] if hasattr(primitive, "angle") else points
     held = np.vstack([points, primitive.center]) if hasattr(primitive, "reach") else whole
     row_box = [sides[0] for sides in primitive.row_box(row_of(primitive)[None])]
     for (low, high), tight in ((primitive.box, held), (row_box, whole)):
-        assert (points >= low - 1e-14).all()
-        assert (points <= high + 1e-14).all()
+        for inner in (points, ends):
+            assert (inner >= low - 1e-14).all()
+            assert (inner <= high + 1e-14).all()
         np.testing.assert_allclose(tight.min(axis=0), low, atol=5e-3)
         np.testing.assert_allclose(tight.max(axis=0), high, atol=5e-3)
 

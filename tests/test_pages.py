@@ -54,6 +54,19 @@ def test_readme_leads_to_the_pages():
         assert f"]({name})" in readme
 
 
+NUMBERS = "no one two three four five six seven eight nine ten eleven twelve thirteen fourteen fifteen".split()
+
+
+def test_the_readmes_numbers_in_words_are_of_today():
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    counts = re.search(r"(\w+) kernels on (\w+) primitives: ", readme).groups()
+    assert [NUMBERS.index(word.lower()) for word in counts] == [len(chart.KERNELS), len(chart.PRIMITIVES)]
+    count, least, most = re.search(r"(\w+) symplectic methods of order (\d+) to (\d+)", readme).groups()
+    methods = [kind for kind in fs.Splitting.__subclasses__() if kind.__module__.startswith("fieldsim.")]
+    assert NUMBERS.index(count.lower()) == len(methods)
+    assert (int(least), int(most)) == (min(kind.order for kind in methods), max(kind.order for kind in methods))
+
+
 @pytest.mark.parametrize(("question", "path", "word"), GUESSES, ids=[question for question, _path, _word in GUESSES])
 def test_one_guess(question, path, word):
     assert len(GUESSES) >= 10

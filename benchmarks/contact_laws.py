@@ -123,6 +123,10 @@ def closed_forms():
     law = fs.Bounce(0.0, friction=0.3, rolling=True)
     speed = np.linalg.norm(_end(_plane(0.0), (1.0, 0, 0), law, 3.0).velocities[0])
     yield _row("sliding to rolling keeps 5/7 of the speed", abs(speed * 7.0 / 5.0 - 1.0), "relative error")
+    # Between rails it rolls on a circle of radius r cos.
+    speed = np.linalg.norm(_end(_rails(0.0), (1.0, 0, 0), law, 4.0).velocities[0])
+    kept = math.cos(HALF_ANGLE) ** 2 / (0.4 + math.cos(HALF_ANGLE) ** 2)
+    yield _row("sliding to rolling between two rails", abs(speed / kept - 1.0), "relative error")
     for count, title in ((2, "two rails"), (3, "three balls")):
         height, moved, asleep = _settled(count)
         yield _row(f"a ball dropped between {title} and at rest: height", height, "ball radii")
@@ -200,7 +204,7 @@ def _settled(count, dt=DT):
         corners = [(math.cos(turn), math.sin(turn), 0.0) for turn in np.arange(3) * math.tau / 3]
         world.add_body(fs.Body([fs.Point(0.6 * np.array(c)) for c in corners], surface=fs.Material(radius=GROUND)))
         height = math.sqrt((GROUND + radius) ** 2 - 0.6**2)
-    end = _end((world, (0.003, 0.002, height + 0.2)), (0, 0, 0), fs.Bounce(0.3, friction=0.8), 30.0, radius, dt)
+    end = _end((world, (0.0, 0.0, height + 0.2)), (0, 0, 0), fs.Bounce(0.3, friction=0.8), 30.0, radius, dt)
     before = end.positions[0][0].copy()
     end.advance(130.0)
     after = end.positions[0][0]

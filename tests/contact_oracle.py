@@ -27,8 +27,9 @@ COVER = 0.3
 CANDIDATES, NEIGHBOURS = 10, 10
 # Steps of differences, in radii of the smallest material and in units of time.
 DIFFERENCE, MOMENT = 1e-5, 1e-6
-# Residual of Newton's method, relative to the ball and the scene; greatest number of steps.
-EXACT, STEPS = 1e-13, 30
+# Residual of Newton's method, relative to the ball and the scene; greatest number of steps, and
+# from samples at a time close to that of the touch.
+EXACT, STEPS, FEW_STEPS = 1e-13, 30, 12
 # Sine of the angle between a path and the surface below which a touch is grazing.
 GRAZING = 3e-3
 
@@ -79,13 +80,13 @@ class Paths:
         return np.where(met, times, np.inf), np.where(beside <= radius, 0.0, beside - radius)
 
 
-def exact_touches(surface: Surface, paths: Paths, points, times):
+def exact_touches(surface: Surface, paths: Paths, points, times, steps=STEPS):
     """First touches by Newton's method from M points and times: (times, points, which are found)."""
     points, times = np.array(points), np.array(times)
     found = np.zeros(len(times), dtype=bool)
     small = DIFFERENCE * surface.feature
     active = np.arange(len(times))
-    for _ in range(STEPS):
+    for _ in range(steps):
         if not len(active):
             break
         some = paths[active]
@@ -243,7 +244,7 @@ def _touches_of_moving(surface, paths, duration):
         if hits:
             balls = np.repeat([ball for ball, _ in hits], [len(points) for _, points in hits])
             guesses = np.concatenate([points for _, points in hits])
-            then, there, exact = exact_touches(surface, paths[balls], guesses, np.full(len(balls), time))
+            then, there, exact = exact_touches(surface, paths[balls], guesses, np.full(len(balls), time), FEW_STEPS)
             for ball, moment, place in zip(balls[exact], then[exact], there[exact], strict=True):
                 if moment < times[ball]:
                     times[ball], places[ball] = moment, place
@@ -278,7 +279,11 @@ def _near_samples(surface, paths, balls, time, margin, thickest):
     landed = placed[some] - np.where(np.isfinite(stride), stride, np.nan)[:, None] * normal
     for k in close:
         gap = np.linalg.norm(landed - centers[k], axis=1) - paths.radii[balls[k]]
-        near = np.flatnonzero(gap < np.nanmin(gap) + 1.5 * thickest)
+        least = np.nanmin(gap)
+        if least > thickest:
+            free[k] = least - 0.5 * thickest
+            continue
+        near = np.flatnonzero(gap < least + 0.6 * thickest)
         found, points = surface.projected(landed[near], time, exact=1e-7)
         points = points[found]
         gap = np.linalg.norm(points - centers[k], axis=1) - paths.radii[balls[k]]

@@ -1,0 +1,36 @@
+"""First touches in random scenes against the surface itself, as `contact_oracle` knows it."""
+
+import contact_verdicts
+import numpy as np
+import pytest
+from contact_scenes import FAMILIES
+
+from fieldsim import launch
+
+# Few families, since each compiles its own kernels.
+SCENES = {
+    "Gaussian points and polylines": 8,
+    "Cauchy triangles and segments": 8,
+    "Metaball points and segments": 20,
+    "Newtonian and tapered segments, moving": 4,
+}
+
+
+@pytest.fixture(autouse=True)
+def one_thread(monkeypatch):
+    """What is small goes faster without a pool of threads."""
+    monkeypatch.setattr(launch, "THREADS", 1)
+
+
+@pytest.mark.parametrize(
+    ("name", "number"), [(name, number) for name, count in SCENES.items() for number in range(count)]
+)
+def test_balls_of_any_size_touch_first_where_and_when_the_surface_says(name, number):
+    family = next(family for family in FAMILIES if family.full_name == name)
+    verdict = contact_verdicts.judge_family(family, number)
+    assert not verdict.overruled.any()
+    assert not np.flatnonzero(verdict.missed).size
+    assert not np.flatnonzero(verdict.false).size
+    # A surface that moves is known at the ends of each step, and between them to second order.
+    assert verdict.worst < (1e-4 if family.moving else 1e-6)
+    assert verdict.judged.sum() >= 5

@@ -30,6 +30,8 @@ DIFFERENCE, MOMENT = 1e-5, 1e-6
 # Residual of Newton's method, relative to the ball and the scene; greatest number of steps, and
 # from samples at a time close to that of the touch.
 EXACT, STEPS, FEW_STEPS = 1e-13, 30, 12
+# How small log F is where samples are projected roughly.
+ROUGH = 1e-2
 # Sine of the angle between a path and the surface below which a touch is grazing.
 GRAZING = 3e-3
 
@@ -271,19 +273,16 @@ def _near_samples(surface, paths, balls, time, margin, thickest):
     close = np.flatnonzero(free < COVER * thickest)
     if not len(close):
         return free, hits
-    # The seeds that one step of Newton's method takes next to the nearest, of each ball, are projected to the end.
-    some = np.flatnonzero((apart[:, close] < 2.0 * margin).any(axis=1))
-    log, normal, slope = surface.logarithm(placed[some], time)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        stride = np.clip(log / slope, -thickest, thickest)
-    landed = placed[some] - np.where(np.isfinite(stride), stride, np.nan)[:, None] * normal
+    # All that may be near is projected roughly, what is next to the nearest to the end.
+    found, landed = surface.projected(placed[(apart[:, close] < 2.0 * margin).any(axis=1)], time, exact=ROUGH)
+    landed = landed[found]
     for k in close:
         gap = np.linalg.norm(landed - centers[k], axis=1) - paths.radii[balls[k]]
-        least = np.nanmin(gap)
+        least = gap.min(initial=np.inf)
         if least > thickest:
-            free[k] = least - 0.5 * thickest
+            free[k] = max(free[k], min(least, margin) - 0.5 * thickest)
             continue
-        near = np.flatnonzero(gap < least + 0.6 * thickest)
+        near = np.flatnonzero(gap < least + 0.5 * thickest)
         found, points = surface.projected(landed[near], time, exact=1e-7)
         points = points[found]
         gap = np.linalg.norm(points - centers[k], axis=1) - paths.radii[balls[k]]

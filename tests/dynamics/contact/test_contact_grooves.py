@@ -11,7 +11,6 @@ import fieldsim as fs
 FAR = 1e9
 RAIL, APART, BALL = 0.1, 0.3, 0.3
 COSINE = math.sqrt(1.0 - (APART / (RAIL + BALL)) ** 2)
-FRICTION = 0.5
 DOWN = np.array([0.0, 0.0, -1.0])
 
 
@@ -69,28 +68,13 @@ def thrown(placed, velocity, law, until, dt=1e-3):
 @pytest.mark.parametrize("friction", [0.0, 0.6])
 def test_a_ball_that_comes_to_rest_on_several_places_stays_for_an_hour(place, friction):
     world, center = place()
-    simulation = thrown((world, center - 0.05 * DOWN), (0, 0, 0), fs.Bounce(0.3, friction=friction), 20.0, 0.01)
+    simulation = thrown((world, center - 0.05 * DOWN), (0, 0, 0), fs.Bounce(0.3, friction=friction), 20.0, 0.1)
     settled = simulation.positions[0].copy()
     assert simulation.census()["resting"] == 1
     np.testing.assert_allclose(settled, [center], atol=1e-8)
     simulation.advance(20.0 + 3600.0)
     np.testing.assert_array_equal(simulation.positions[0], settled)
     np.testing.assert_array_equal(simulation.velocities[0], 0.0)
-
-
-# Two contacts at an angle press more than the weight: friction along rails is that of a plane with mu / cos.
-@pytest.mark.parametrize("share", [0.999999, 1.000001])
-def test_along_two_rails_a_ball_slides_beyond_the_cone_of_both(share):
-    angle = math.atan(share * FRICTION / COSINE)
-    simulation = thrown(on_rails(angle), (0, 0, 0), fs.Bounce(0.0, friction=FRICTION), 1.0)
-    assert (np.linalg.norm(simulation.velocities[0]) > 0.0) == (share > 1.0)
-
-
-def test_along_two_rails_kinetic_friction_is_that_of_both_contacts():
-    simulation = thrown(on_rails(0.9), (0, 0, 0), fs.Bounce(0.0, friction=FRICTION), 1.0)
-    speed = math.sin(0.9) - FRICTION / COSINE * math.cos(0.9)
-    np.testing.assert_allclose(simulation.velocities[0], [[speed, 0, 0]], atol=1e-7)
-    np.testing.assert_allclose(simulation.positions[0], [[0.5 * speed, 0, (RAIL + BALL) * COSINE]], atol=1e-7)
 
 
 def test_along_two_rails_a_ball_ends_up_rolling_about_their_chord():

@@ -35,6 +35,7 @@ Which integrator when, what each costs, and how contact, rest, friction and work
 | orbits to rounding, close passages, bare wires | `fs.Radau()` |
 | smooth orbits for very long times | `fs.BlanesMoan6(dt)`, `fs.Omelyan6(dt)`: nothing drifts but rounding |
 | free bodies, particles that pull each other | a splitting without force gradients: `fs.Leapfrog`, `fs.BlanesMoan6` |
+| free bodies with friction, or a restitution below 1 | `fs.Leapfrog(dt)`: what is lost cannot be taken back |
 
 `fieldsim run SCENARIO --integrator NAME[:dt]` tries another (`auto:1e-6`, `radau`, `kahanli8:0.05`), and
 `--energy-plot FILE` draws how well energy was kept.
@@ -79,8 +80,9 @@ the start. In a world that turns with one `Spin` the Jacobi integral takes energ
 dE/dt = -dF/dt at its place. `EnergyLog` sums it with the splitting's own kicks (time is one more coordinate, and that
 rate is the kick of its momentum) and follows E less work, which is kept as energy is where sources are still.
 
-**Together.** Free bodies keep their energy in sum, contacts included, where prescribed bodies stand still, and momentum
-and angular momentum where there are none; so do particles that pull each other. The report of a film names all drifts.
+**Together.** Free bodies keep their energy in sum, contacts and what these took included, where prescribed bodies stand
+still, and momentum and angular momentum where there are none; so do particles that pull each other. The report of a
+film names all drifts.
 
 **Manoeuvres.** `Simulation.set_particles` and `set_body` give particles and free bodies other places and motions
 between two calls of `advance`; they go on as from a start there, and an `EnergyLog` tells what was given apart from
@@ -107,8 +109,22 @@ ends the slip. With `rolling` the particle is a solid sphere, and slip is that o
 slides on the surface, which pushes but never pulls (RATTLE), or, where friction can stop and hold it, sticks: it moves
 with the material, and does not move at all where that stands still.
 
-**Free bodies** touch by a conservative energy of overlap, spread over points of their surfaces, of stiffness
-`Rigid(stiffness=...)`; nothing is lost, and momentum is kept.
+**Free bodies** touch by an energy of overlap: each point spread over a surface that lies within another one, at the
+depth d (its distance to the nearest point of that surface), has the energy stiffness d^3 / 3 times its area, and is
+pushed out along the normal there. Of two free bodies each presses with its own `Rigid(stiffness=...)`. A prescribed
+body thinner than a free one's points are apart has points as well, unless it deforms. By default nothing is lost, and
+momentum is kept.
+
+`Rigid(restitution=e)`: the force of a patch of neighbouring points is multiplied by 1 + c v / v0, v its speed of
+approach, v0 that of its first meeting, and c such that what comes at v0 leaves at e v0, whatever the force (Hunt and
+Crossley); it never pulls. As long as they press in by no more than a fifth of their radius, two balls that hit
+centrally leave within 1 % of it. `Rigid(friction=mu)`: after each kick, at each point, the impulse that ends the slip
+against the material as it moves, at most mu times the normal impulse of that kick, solved for all points together:
+what sticks does not creep. Of two free bodies the lesser restitution counts, and the geometric mean of the frictions;
+against prescribed bodies the free one's own. Momentum and angular momentum are kept to rounding, and
+`simulation.bodies.lost` is the energy that was taken. About axes without a moment of inertia (a point's, a straight
+line's own) friction turns nothing: give `inertia="solid"` to what is to roll. Of prescribed bodies that grow or bend
+only the pose's motion rubs and damps. Methods with steps backwards refuse such bodies: use `fs.Leapfrog`.
 """
 
 

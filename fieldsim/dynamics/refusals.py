@@ -4,6 +4,7 @@ Nothing is left out in silence, and nothing is refused in the middle of a run.
 """
 
 from fieldsim.errors import InputError
+from fieldsim.world.rigid import Rigid
 
 
 def _contact(world):
@@ -29,18 +30,34 @@ def _free(world):
             return f"{body_name(index, body)} moves freely (motion=fs.Rigid)"
 
 
+def _losses(world):
+    for index, body in enumerate(world.bodies):
+        if isinstance(body.motion, Rigid) and body.motion.loses:
+            motion = body.motion
+            return (
+                f"{body_name(index, body)} loses energy where it touches (Rigid(restitution={motion.restitution:g}, "
+                f"friction={motion.friction:g}))"
+            )
+
+
 # What a world may have: who finds and names it, and how to do without.
 TRAITS = {
     "contact": (_contact, "give them contact=None"),
     "escape": (_escape, "leave it out: world.replace(escape_radius=None)"),
     "pull": (_pull, "give them gravity=None"),
     "free": (_free, "give it a motion that is known"),
+    "losses": (_losses, "give it restitution=1 and friction=0"),
 }
 SPLITTING = ", or the simulation a splitting without force gradients, such as fs.BlanesMoan6(dt)"
 # Who does not know what, in which words, and what would do instead.
 TABLE = {
     "Radau": (("contact", "escape", "pull", "free"), "which Radau does not know", SPLITTING),
     "force gradients": (("pull", "free"), "which force gradients do not know", SPLITTING),
+    "steps backwards": (
+        ("losses",),
+        "which methods with steps backwards do not know",
+        ", or the simulation fs.Leapfrog(dt)",
+    ),
     "pull": (
         ("contact", "escape", "free"),
         "but particles cannot both pull each other and collide or escape, nor pull what moves freely",
@@ -76,7 +93,9 @@ def method_refusal(method, world) -> str:
     """What of `world` an integrator cannot move, and the remedy, or ""."""
     if not hasattr(method, "kicks"):  # it is no splitting
         return refusal("Radau", world)
-    return refusal("force gradients", world) if any(method.gradients) else ""
+    if any(method.gradients):
+        return refusal("force gradients", world)
+    return refusal("steps backwards", world) if min(*method.kicks, *method.drifts) < 0.0 else ""
 
 
 def refuse_method(owner: str, method, world) -> None:

@@ -90,6 +90,11 @@ class Sources:
     def __len__(self) -> int:
         return len(self.fixed) + len(self.moving_kinds)
 
+    @property
+    def changing(self) -> list[tuple[Body, int]]:
+        """The bodies that move or deform, each with how many of the changing elements are its."""
+        return [(body, len(shape)) for (_, body), shape in zip(self._changing, self._shapes, strict=True)]
+
     def rows_at(self, times: np.ndarray) -> np.ndarray:
         """Rows of the changing elements, (stages, elements, ROW_WIDTH)."""
         parts = [

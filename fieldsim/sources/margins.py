@@ -12,6 +12,7 @@ import numpy as np
 import warp as wp
 
 from fieldsim.errors import InputError
+from fieldsim.launch import launch
 from fieldsim.portable import Indices, Portable, Table, hole, portable, real
 from fieldsim.potentials import registry
 from fieldsim.potentials.bounds.reach import reach
@@ -80,6 +81,31 @@ def margin_of(kinds) -> Portable:
     # Without elements the loop is empty, but needs some function to compile.
     distances = {kind: primitives[kind].distance for kind in kinds or (min(primitives),)}
     return _least.bind(distance=registry.by_kind(distances))
+
+
+@functools.cache
+def _margin_kernel(kinds):
+    margin = margin_of(kinds).warp(wp.float64)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def evaluate(start: int, points: wp.array(dtype=wp.vec3d), stages: Stages, margins: wp.array(dtype=wp.float64)):
+        i = start + wp.tid()
+        p = points[i]
+        margins[i] = margin(p[0], p[1], p[2], stages.rows, stages.kinds, 0, stages.kinds.shape[0])
+
+    return evaluate
+
+
+def margins(elements, points) -> np.ndarray:
+    """Margins (N,) of the surface of packed elements at `points` (N, 3), in the elements' frame, on the host."""
+    stages = Stages()
+    rows = with_reach(elements.rows, elements.kinds, len(elements))
+    stages.rows = wp.array(rows, dtype=wp.float64, device="cpu")
+    stages.kinds = wp.array(elements.kinds, dtype=wp.int32, device="cpu")
+    points = wp.array(points, dtype=wp.vec3d, device="cpu")
+    found = wp.empty(len(points), dtype=wp.float64, device="cpu")
+    launch(_margin_kernel(elements.kinds_used), len(points), [points, stages], [found], device="cpu")
+    return found.numpy()
 
 
 @functools.cache

@@ -12,6 +12,7 @@ import numpy as np
 import warp as wp
 
 from fieldsim.potentials import registry
+from fieldsim.sources.elements import Sources
 from fieldsim.sources.field import field_at
 from fieldsim.sources.rows import shift_of, turn_of
 from fieldsim.sources.stages import Stages
@@ -62,6 +63,15 @@ def twist_rate(motion: Motion, time: float) -> np.ndarray:
     poses = [pose_at(motion, before), pose_at(motion, after)]
     rotations, positions = (np.array([getattr(pose, name) for pose in poses]) for name in ("matrix", "position"))
     return twists(rotations[:, None], positions[:, None])[0, 0] / (after - before)
+
+
+def twist_rates(sources: Sources, times) -> np.ndarray:
+    """Twists per unit of time (stages, elements, 6) of the bodies that changing elements belong to, none free."""
+    rates = [np.zeros((len(times), 0, 6))]
+    for body, count in sources.changing:
+        own = np.array([twist_rate(body.motion, time) for time in times])
+        rates.append(np.repeat(own[:, None], count, axis=1))
+    return np.concatenate(rates, axis=1)
 
 
 @wp.func

@@ -24,8 +24,12 @@ class Rigid(Pose):
     inertia: "skeleton": the mass lies on the skeleton; "solid": it fills the body's surface evenly; or a matrix (3, 3)
     about the centre of mass, in the body's frame. mass: inertial mass, default the body's own. center: the centre of
     mass in the body's frame, default the skeleton's or the solid's.
-    stiffness: energy per area of contacts (see `fieldsim.dynamics.rigid.contact`); default such that the hardest
-    hit that the energy of all bodies at the start allows presses two surfaces into each other by a tenth of the radius.
+    stiffness: of contacts, pressure over depth squared: a point within another surface is pushed out by stiffness
+    depth^2 times its area; default such that the hardest hit that the energy of all bodies at the start allows presses
+    two surfaces into each other by a tenth of the radius.
+    restitution: the factor (0..1) on the normal velocity of a hit, reversed; friction: Coulomb's coefficient, of
+    sliding and of sticking. Of two free bodies the lesser restitution counts, and the geometric mean of the frictions;
+    against a body whose motion is given, the free one's own. By default nothing is lost. See docs/motion.md.
 
     Gravity gives all bodies at a place the same acceleration: it pulls on the mass that resists, spread over the
     skeleton. Other free bodies feel the body's own mass, times its G; what it does to them they do to it. So free
@@ -43,6 +47,8 @@ class Rigid(Pose):
     mass: float | None = None
     center: tuple[float, float, float] | None = None
     stiffness: float | None = None
+    restitution: float = 1.0
+    friction: float = 0.0
 
     if TYPE_CHECKING:
 
@@ -56,6 +62,8 @@ class Rigid(Pose):
             mass: RealLike | None = ...,
             center: VectorLike | None = ...,
             stiffness: RealLike | None = ...,
+            restitution: RealLike = ...,
+            friction: RealLike = ...,
         ) -> None: ...
 
     def __post_init__(self):
@@ -71,6 +79,14 @@ class Rigid(Pose):
             object.__setattr__(self, name, validate.optional(check, "Rigid", name, getattr(self, name), **limits))
         if not (isinstance(self.inertia, str) and self.inertia in INERTIAS):
             object.__setattr__(self, "inertia", _matrix(self.inertia))
+        validate.fields(self, validate.number, "restitution", "friction", at_least=0.0, at_most=validate.FARTHEST)
+        if self.restitution > 1.0:
+            raise InputError(f"Rigid: restitution is {self.restitution:g}; give a number in 0..1 (1 keeps the energy)")
+
+    @property
+    def loses(self) -> bool:
+        """Whether its contacts lose energy."""
+        return self.restitution < 1.0 or self.friction > 0.0
 
 
 def _warn_of_length(rotation):

@@ -14,8 +14,8 @@ ORBIT = {"positions": [(2.0, 0, 0)], "velocities": [(0, 0.7, 0)]}
 def world_with(*traits):
     world = fs.World(escape_radius=50.0 if "escape" in traits else None)
     world.add_body(SUN)
-    if "free" in traits:
-        moon = fs.Rigid(position=(0, 3, 0), velocity=(-0.5, 0, 0))
+    if {"free", "losses"} & set(traits):
+        moon = fs.Rigid(position=(0, 3, 0), velocity=(-0.5, 0, 0), friction=0.1 if "losses" in traits else 0.0)
         world.add_body(fs.Body(fs.Point((0, 0, 0)), gravity=fs.Newtonian(), mass=0.1, motion=moon, name="moon"))
     contact = fs.Bounce() if "contact" in traits else None
     pull = {"gravity": fs.Newtonian(0.1), "mass": 0.01} if "pull" in traits else {}
@@ -36,6 +36,7 @@ TOOLS = {
     "poincare": lambda world: fs.poincare(world, fs.Section(normal=(0, 1, 0)), 1.0),
     "lyapunov": lambda world: fs.lyapunov(world, 1.0, samples=1),
     "steps": lambda world: fs.Simulation(world, fs.Leapfrog(0.01)),
+    "steps backwards": lambda world: fs.Simulation(world, fs.BlanesMoan6(0.01)),
     "energy": lambda world: fs.energy(fs.Simulation(world).snapshot()),
     "log": lambda world: fs.EnergyLog(fs.Simulation(world)),
     "MuJoCo": lambda world: on_mujoco(world),
@@ -45,6 +46,7 @@ NAMED = {
     "escape": "the world's escape_radius is 50, .*world.replace",
     "pull": "particles of set 0 pull each other",
     "free": r"Body 1 \(moon\) moves freely",
+    "losses": r"Body 1 \(moon\) (loses energy where it touches .*friction=0\.1|moves freely)",
 }
 
 
@@ -52,7 +54,8 @@ NAMED = {
 @pytest.mark.parametrize("tool", TOOLS)
 def test_each_tool_takes_each_trait_or_refuses_it_by_name_when_called(tool, trait):
     world = world_with(trait)
-    if trait in refusals.TABLE.get(tool, ((),))[0]:
+    known = {"free": {"free"}, "losses": {"free", "losses"}}.get(trait, {trait})
+    if known & set(refusals.TABLE.get(tool, ((),))[0]):
         with pytest.raises(fs.InputError, match=NAMED[trait]):
             TOOLS[tool](world)
     else:

@@ -132,6 +132,8 @@ CALLS = {
         mass=1.0,
         center=ORIGIN,
         stiffness=1.0,
+        restitution=0.5,
+        friction=0.5,
     ),
     "ShapeGroup": call(
         lambda: fs.ShapeGroup,

@@ -6,6 +6,7 @@ import numpy as np
 
 from fieldsim.errors import InputError
 from fieldsim.sources.field import field_of_elements
+from fieldsim.sources.margins import margins
 
 # How far the surface may bulge between points, in radii of its material.
 TOLERANCE = 0.02
@@ -65,11 +66,8 @@ def surface_points(elements, low, high, step: float) -> SurfacePoints:
 def _cut_cells(elements, low, high, step):
     """Middles (n, 3) of the cells of a grid of the given step that the surface cuts."""
     counts = np.ceil((high - low) / step).astype(int) + 1
-    if counts.prod() > MOST_CELLS:
-        raise InputError(
-            f"a surface of extent {float((high - low).max()):.3g} sampled every {step:.2g} takes too many cells; "
-            "give its material a larger radius"
-        )
+    if counts.astype(float).prod() > MOST_CELLS:
+        return _cut_cells_of_octree(elements, low, high, step)
     middle = 0.5 * (low + high)
     axes = [middle[k] + (np.arange(counts[k]) - 0.5 * (counts[k] - 1)) * step for k in range(3)]
     corners = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
@@ -78,6 +76,30 @@ def _cut_cells(elements, low, high, step):
     inside = inside[:, 1:] + inside[:, :-1]
     inside = inside[:, :, 1:] + inside[:, :, :-1]
     return np.stack([axes[k][i] for k, i in enumerate(np.nonzero((inside > 0) & (inside < 8)))], axis=1) + 0.5 * step
+
+
+def _cut_cells_of_octree(elements, low, high, step):
+    """The same of a long or wide surface: cells are halved, and only those within reach of the elements are kept."""
+    halvings = 0
+    while np.ceil((high - low) / (step * 2**halvings)).prod() > MOST_CELLS / 64:
+        halvings += 1
+    coarse = step * 2**halvings
+    counts = np.ceil((high - low) / coarse).astype(int)
+    axes = [0.5 * (low + high)[k] + (np.arange(counts[k]) - 0.5 * (counts[k] - 1)) * coarse for k in range(3)]
+    cells = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    octants = np.stack(np.meshgrid(*3 * [(-0.5, 0.5)], indexing="ij"), axis=-1).reshape(8, 3)
+    for size in coarse * 0.5 ** np.arange(halvings + 1):
+        cells = cells[margins(elements, cells) < 0.5 * np.sqrt(3.0) * size]
+        if size > step:
+            cells = (cells[:, None] + 0.5 * size * octants).reshape(-1, 3)
+        if len(cells) > MOST_CELLS:
+            raise InputError(
+                f"a surface of extent {float((high - low).max()):.3g} sampled every {step:.2g} takes too many cells; "
+                "give its material a larger radius"
+            )
+    corners = (cells[:, None] + step * octants).reshape(-1, 3)
+    inside = (field_of_elements(elements, corners)[0] > 1.0).reshape(-1, 8).sum(axis=1)
+    return cells[(inside > 0) & (inside < 8)]
 
 
 def _to_surface(elements, points, longest):

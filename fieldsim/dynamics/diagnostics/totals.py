@@ -1,7 +1,8 @@
 """What free bodies together, and particles that pull each other together, ought to keep.
 
-Contacts of free bodies are conservative, so where all prescribed bodies stand still, theirs and gravity's energies add
-up with the kinetic ones to a constant; where there are none, momentum and angular momentum are constants as well.
+Where all prescribed bodies stand still, the energies of contacts and of gravity add up with the kinetic ones and what
+friction and damping have taken to a constant; where there are none, momentum and angular momentum are constants as
+well.
 """
 
 import dataclasses
@@ -80,7 +81,7 @@ def _kept(whose, acting, measures, subject):
 
 def _energy_of_bodies(bodies):
     parts = body_energy(bodies)
-    return np.array([parts.total]), bodies.kinetic_energies.sum() + abs(parts.potential)
+    return np.array([parts.total + parts.lost]), bodies.kinetic_energies.sum() + abs(parts.potential)
 
 
 def _momentum_of_bodies(bodies):

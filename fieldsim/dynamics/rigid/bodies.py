@@ -16,32 +16,37 @@ from fieldsim.arrays import kept, read_only
 from fieldsim.copies import Uncopied
 from fieldsim.dynamics.bare_sources import refuse_bodies_on_sources
 from fieldsim.dynamics.refusals import refuse_method
-from fieldsim.dynamics.rigid.body import FreeBody, free_body, log_slope
-from fieldsim.dynamics.rigid.contact import Shells
-from fieldsim.dynamics.rigid.gravity import Masses
+from fieldsim.dynamics.rigid.body import FreeBody, free_body
 from fieldsim.dynamics.rigid.kernel import RigidSplitting, energy_kernel, pair_kernel, rigid_kernel
+from fieldsim.dynamics.rigid.loss_tables import KEPT_OF_LOSSES, KEPT_OF_TOUCHES, losses_of, touches_of
+from fieldsim.dynamics.rigid.losses import Losses
 from fieldsim.dynamics.rigid.start import refuse_overlaps, refuse_unequal_pulls
 from fieldsim.dynamics.rigid.tables import (
     HOST,
+    grains_of,
     host_array,
     masses_of,
     prescribed_tables,
     rigid_state,
+    set_stiffness,
     shells_of,
     that_feel,
-    weights_of,
 )
+from fieldsim.dynamics.rigid.thin import ThinSurfaces
+from fieldsim.dynamics.rigid.touches import Touches
 from fieldsim.dynamics.rigid.track import Track
 from fieldsim.dynamics.state import restored_if_broken_off
 from fieldsim.errors import FieldsimError, FieldsimWarning
 from fieldsim.launch import launch
 from fieldsim.numerics import quaternion
 from fieldsim.sources.elements import Sources
+from fieldsim.sources.margins import refuse_compact
 from fieldsim.world.motion import Pose
 
 # Steps must be shorter than this share of 1 / (angular frequency of contact).
 RESOLVED = 0.5
-
+# Room for so many points that touch, and more where surfaces have more.
+SPARE = 64
 
 # What of a body's state follows which fields of `Rigid`.
 _PLACE, _TURNING = ("position", "rotation"), ("rotation", "angular_velocity")
@@ -64,6 +69,7 @@ class FreeBodies(Uncopied):
         self._number = {start.index: b for b, start in enumerate(self.starts)}
         if not self.starts:
             return
+        refuse_compact(type(body.surface.surface_kernel) for body in world.bodies if body.surface is not None)
         self.time = time
         self._gravity = Sources(world, "gravity", time, prescribed=True)
         self._surfaces = Sources(world, "surface", time, prescribed=True)
@@ -71,6 +77,9 @@ class FreeBodies(Uncopied):
         self.state = rigid_state(self.starts)
         # Without stiffness at first, as it follows from the energy of the start.
         self._shells = shells_of(self.starts, [0.0] * len(self))
+        self._shells.grains = grains_of(self.starts, self._surfaces, time)
+        self._thin = ThinSurfaces(world, max(self._shells.spacing.numpy()))
+        self._prepare_losses()
         refuse_unequal_pulls(self.starts)
         poses = world.at(time).poses
         refuse_overlaps(world, self.starts, poses, time, [start.index for start in self.starts])
@@ -81,16 +90,24 @@ class FreeBodies(Uncopied):
     def _set_stiffness(self):
         """Set the stiffness of contacts from the present energy."""
         budget = self.kinetic_energies.sum() + abs(self.potential_energy())
-        surfaces = [body.surface.at(self.time) for body in self.world.bodies if body.surface is not None]
-        least_slope = min(map(log_slope, surfaces), default=0.0)
-        self.stiffnesses = [start.stiffness(budget, least_slope) if start.shell else 0.0 for start in self.starts]
-        self._shells.weights = weights_of(self.starts, self.stiffnesses)
+        surfaces = [body for body in self.world.bodies if body.surface is not None]
+        self.stiffnesses = [start.stiffness(budget) if start.shell else 0.0 for start in self.starts]
+        set_stiffness(self._shells, self.starts, self.stiffnesses)
         # Alone a surface meets nothing.
         hardest = zip(self.starts, self.stiffnesses, strict=True) if len(surfaces) > 1 else ()
-        self._highest_frequency = max(
-            (s.highest_frequency(k, budget, least_slope) for s, k in hardest if k), default=0.0
-        )
+        self._highest_frequency = max((s.highest_frequency(k, budget) for s, k in hardest if k), default=0.0)
         self._warned = False
+
+    def _prepare_losses(self):
+        """Friction and damping, and room for what touches, where some body has them; else nothing is listed."""
+        self._touches, self._losses = Touches(), Losses()
+        self.lossy = any(start.motion.loses for start in self.starts)
+        if self.lossy:
+            # A point touches few bodies at a time; a point of what is prescribed, few free ones.
+            capacity = SPARE + 2 * (len(self._shells.points) + len(self._thin))
+            self._losses = losses_of(self.starts, capacity, HOST)
+            ranges = [start.radius if start.shell else 0.0 for start in self.starts]
+            self._touches = touches_of(ranges, capacity, HOST)
 
     def _stand(self):
         """Keep the bodies' present poses only."""
@@ -120,6 +137,8 @@ class FreeBodies(Uncopied):
         for name, givers in _GIVERS.items():
             if any(giver in given for giver in givers):
                 getattr(self.state, name).numpy()[b] = getattr(fresh, name).numpy()[0]
+        if self.lossy:  # what touches is met anew
+            self._touches.counts.zero_()
         self._set_stiffness()
         self._stand()
 
@@ -165,15 +184,19 @@ class FreeBodies(Uncopied):
             steps,
             wp.float64(dt),
             _splitting(method),
-            *prescribed_tables(self._gravity, self._surfaces, times),
+            *prescribed_tables(self._gravity, self._surfaces, times, self.lossy),
+            self._thin.table(times, HOST),
             self._masses,
             self._shells,
+            self._touches,
+            self._losses,
         ]
-        launch(rigid_kernel(*self.kinds_used), 1, inputs, [state], device=HOST, threads=1)
+        launch(rigid_kernel(*self.kinds_used, self.lossy), 1, inputs, [state], device=HOST, threads=1)
         self.time = float(times[-1])
         speeds, rates = state.speeds.numpy(), state.rates.numpy()
         self._track = self._tracked(times, state.places.numpy(), state.turns.numpy(), speeds, rates)
         self._refuse_nonsense()
+        self._refuse_crowd()
 
     @contextlib.contextmanager
     def whole(self):
@@ -182,8 +205,12 @@ class FreeBodies(Uncopied):
             yield
             return
         before = self.time, self._track
+        arrays = [getattr(self.state, name) for name in _GIVERS]
+        if self.lossy:
+            arrays += [getattr(self._touches, name) for name in KEPT_OF_TOUCHES]
+            arrays += [getattr(self._losses, name) for name in KEPT_OF_LOSSES]
         try:
-            with restored_if_broken_off([getattr(self.state, name) for name in _GIVERS]):
+            with restored_if_broken_off(arrays):
                 yield
         except BaseException:
             self.time, self._track = before
@@ -209,6 +236,13 @@ class FreeBodies(Uncopied):
             raise FieldsimError(
                 f"at time {self.time:g} {start.name} is at {tuple(x[bad[0]].tolist())} with angular momentum "
                 f"{tuple(spin[bad[0]].tolist())}; soften what it falls into, give it a surface, or shorten dt"
+            )
+
+    def _refuse_crowd(self):
+        if self.lossy and (most := int(self._touches.counts.numpy().max())) > (room := len(self._touches.places)):
+            raise FieldsimError(
+                f"at time {self.time:g} {most} points of surfaces touch, and there is room for {room}; give the free "
+                "bodies a higher Rigid(stiffness=...), so that they lie less deep in each other"
             )
 
     # Poses
@@ -268,6 +302,11 @@ class FreeBodies(Uncopied):
         return read_only(np.einsum("bij,bj->bi", turns, self._masses.inverse.numpy() * local))
 
     @property
+    def lost(self) -> float:
+        """The energy that friction and damping have taken from all free bodies so far."""
+        return float(self._losses.lost.numpy()[0]) if self.starts and self.lossy else 0.0
+
+    @property
     def kinetic_energies(self) -> np.ndarray:
         """Of motion and rotation, (B,)."""
         translation = 0.5 * np.sum(self.momenta**2, axis=1) / self.masses
@@ -305,12 +344,14 @@ class FreeBodies(Uncopied):
         """Of all free bodies in the gravity and the contacts of the prescribed ones and of each other, now."""
         if not self.starts:
             return 0.0
-        return self._acting(self._gravity, self._surfaces, self._masses, self._shells, self.state)
+        return self._acting(self._gravity, self._surfaces, self._masses, self._shells)
 
-    def _acting(self, gravity, surfaces, masses, shells, state):
-        """The potential energy now; sets the state's forces and torques."""
+    def _acting(self, gravity, surfaces, masses, shells, thin=None):
+        """The potential energy now; sets forces and torques. thin: whose points alone press, default all's."""
         energy = wp.empty(1, dtype=wp.float64, device=HOST)
-        inputs = [*prescribed_tables(gravity, surfaces, np.array([self.time])), masses, shells, state]
+        now = np.array([self.time])
+        points = self._thin.table(now, HOST, thin)
+        inputs = [*prescribed_tables(gravity, surfaces, now), points, masses, shells, self.state]
         launch(energy_kernel(*self.kinds_used), 1, inputs, [energy], device=HOST, threads=1)
         return float(energy.numpy()[0])
 
@@ -327,14 +368,14 @@ class FreeBodies(Uncopied):
         free = [start.index for start in self.starts]
         found[0, free] = forces.swapaxes(0, 1) - forces
         found[1, free] = torques.swapaxes(0, 1) + backs
-        feeling = that_feel(Masses, self._masses), that_feel(Shells, self._shells)
+        feeling = that_feel(self._masses, self._shells)
         for index, body in enumerate(self.world.bodies):
             if not body.free and (body.gravity is not None or body.surface is not None):
                 alone = self.world.replace(bodies=[body], particles=[])
                 gravity, surfaces = (
                     Sources(alone, role, self.time, prescribed=True) for role in ("gravity", "surface")
                 )
-                self._acting(gravity, surfaces, *feeling, self.state)
+                self._acting(gravity, surfaces, *feeling, index)
                 found[:, index] = self.state.force.numpy(), self.state.torque.numpy()
         return read_only(found[0]), read_only(found[1])
 

@@ -57,8 +57,8 @@ class FreeBody:
         return self.body.motion
 
     @property
-    def _radius(self):
-        """Of its surface, which what touches has."""
+    def radius(self) -> float:
+        """Of its surface's material, which what touches has."""
         assert self.body.surface is not None
         return self.body.surface.radius
 
@@ -107,7 +107,7 @@ class FreeBody:
     def mass_points(self) -> tuple[np.ndarray, np.ndarray]:
         """Mass points (n, 3) in the principal frame and their masses (n,)."""
         skeleton = self.body.skeleton
-        clearance = 2.0 * self._radius if self.body.surface else NEAR * _extent(skeleton)
+        clearance = 2.0 * self.radius if self.body.surface else NEAR * _extent(skeleton)
         points, weights = mass_points(skeleton, [enough(p, clearance, TOLERANCE) for p in skeleton])
         return self._inward(points), self.mass * weights
 
@@ -133,26 +133,27 @@ class FreeBody:
     @property
     def depth(self) -> float:
         """How deep the hardest hit that the start's energy allows may press into its surface: a tenth of its radius."""
-        return 0.1 * self._radius
+        return 0.1 * self.radius
 
-    def _hardness(self, slope):
-        """U / (stiffness d^4) of two equal surfaces of this radius R that overlap by d, where log F rises by `slope`.
+    @property
+    def _hardness(self):
+        """U / (stiffness d^4) of two equal surfaces of this radius R that overlap by d.
 
         They do so on an area of pi R d, over which the cube of the depth has the mean d^3 / 4.
         """
-        return math.pi * self._radius * slope**3 / 12.0
+        return math.pi * self.radius / 12.0
 
-    def stiffness(self, energy: float, slope: float) -> float:
-        """Energy per area such that a hit of `energy` presses in by `depth`; or the motion's own stiffness."""
+    def stiffness(self, energy: float) -> float:
+        """Such that a hit of `energy` presses in by `depth`; or the motion's own stiffness."""
         given = self.motion.stiffness
-        return given or (energy or 1.0) / (self._hardness(slope) * self.depth**4)
+        return given or (energy or 1.0) / (self._hardness * self.depth**4)
 
-    def highest_frequency(self, stiffness: float, energy: float, slope: float) -> float:
+    def highest_frequency(self, stiffness: float, energy: float) -> float:
         """Angular frequency of contact in a hit of `energy`: of U ~ d^4 at the depth d where U is `energy`.
 
         Assumes the other body to be at least as heavy: the lighter body of a pair determines the frequency.
         """
-        depth = (energy / (stiffness * self._hardness(slope))) ** 0.25
+        depth = (energy / (stiffness * self._hardness)) ** 0.25
         return math.sqrt(24.0 * energy / self.mass) / depth if depth else 0.0
 
 

@@ -11,23 +11,25 @@ from fieldsim import validate
 class BodyEnergy:
     """translation, rotation (B,): kinetic energies of the free bodies; potential: of all of them together.
 
-    The potential energy is that in the gravity of the prescribed bodies, of each other, and in contacts.
+    The potential energy is that in the gravity of the prescribed bodies, of each other, and in contacts. lost: what
+    friction and damping in contacts have taken so far; where prescribed bodies move, less what they gave by friction.
     """
 
     translation: np.ndarray
     rotation: np.ndarray
     potential: float
+    lost: float = 0.0
 
     @property
     def total(self) -> float:
-        """All energy of all free bodies."""
+        """All energy of all free bodies: with what was lost it is kept where prescribed bodies stand still."""
         return float(self.translation.sum() + self.rotation.sum()) + self.potential
 
 
 def body_energy(bodies) -> BodyEnergy:
     """Energies of a simulation's free bodies (`simulation.bodies`) now."""
     rotation = 0.5 * np.sum(bodies.spins * bodies.angular_velocities, axis=1)
-    return BodyEnergy(bodies.kinetic_energies - rotation, rotation, bodies.potential_energy())
+    return BodyEnergy(bodies.kinetic_energies - rotation, rotation, bodies.potential_energy(), bodies.lost)
 
 
 def body_momentum(bodies) -> np.ndarray:

@@ -12,46 +12,21 @@ import functools
 
 import warp as wp
 
-from fieldsim.dynamics.rigid.contact import Shells, contact_between, contact_wrenches
+from fieldsim.dynamics.rigid.contact import contact_between, contact_wrenches
 from fieldsim.dynamics.rigid.gravity import Masses, gravity_between, gravity_wrenches
+from fieldsim.dynamics.rigid.losses import Losses, before_kick, lose
+from fieldsim.dynamics.rigid.rigids import HALF, Rigids, struck, turning
 from fieldsim.dynamics.rigid.rotor import free_rotor
+from fieldsim.dynamics.rigid.shells import Shells, Thin
+from fieldsim.dynamics.rigid.touches import Touches, begun, ignored, listed, met
 from fieldsim.numerics.running_sums import added
 from fieldsim.sources.stages import Stages
 
 _rotor = free_rotor.warp(wp.float64)
-HALF = wp.constant(wp.float64(0.5))
 # A correction of the turn is one of rounding if it is a small angle, and a small share of that to where the energy is
 # extreme (a sphere's is everywhere).
 SMALL = wp.constant(wp.float64(1e-9))
 ROUNDING = wp.constant(wp.float64(1e-6))
-
-
-@wp.struct
-class Rigids:
-    """State of B bodies, in the world's frame.
-
-    x (B,): centres of mass; p, spin (B,): momenta and angular momenta about them; e (B,): energies of rotation; q (B,):
-    turns from the principal to the world's frame; x_rest, ...: what rounding has kept from their sums. force, torque
-    (B,): of the moment, about the centres of mass.
-    places, turns (stages, B): x and q at every stage of a launch: stage n s + j is after drift j of step n, of s drifts
-    a step; stage 0 is the start. speeds, rates (steps + 1, B): velocities and angular velocities at the steps' ends.
-    """
-
-    x: wp.array(dtype=wp.vec3d)
-    x_rest: wp.array(dtype=wp.vec3d)
-    p: wp.array(dtype=wp.vec3d)
-    p_rest: wp.array(dtype=wp.vec3d)
-    q: wp.array(dtype=wp.quatd)
-    spin: wp.array(dtype=wp.vec3d)
-    spin_rest: wp.array(dtype=wp.vec3d)
-    e: wp.array(dtype=wp.float64)
-    e_rest: wp.array(dtype=wp.float64)
-    force: wp.array(dtype=wp.vec3d)
-    torque: wp.array(dtype=wp.vec3d)
-    places: wp.array2d(dtype=wp.vec3d)
-    turns: wp.array2d(dtype=wp.quatd)
-    speeds: wp.array2d(dtype=wp.vec3d)
-    rates: wp.array2d(dtype=wp.vec3d)
 
 
 @wp.struct
@@ -103,27 +78,10 @@ def drift(state: Rigids, masses: Masses, t: wp.float64):
 
 
 @wp.func
-def turning(q: wp.quatd, spin: wp.vec3d, inverse: wp.vec3d):
-    """Angular velocity of a body of the given angular momentum, both in the world's frame."""
-    return wp.quat_rotate(q, wp.cw_mul(inverse, wp.quat_rotate_inv(q, spin)))
-
-
-@wp.func
 def kick(state: Rigids, masses: Masses, t: wp.float64):
     """Kick: apply the present forces and torques for a time t."""
     for b in range(state.x.shape[0]):
-        p, p_rest = added(state.p[b], state.p_rest[b], t * state.force[b])
-        state.p[b] = p
-        state.p_rest[b] = p_rest
-        impulse = t * state.torque[b]
-        # The work of the torque: on the mean of the angular velocities before and after.
-        work = wp.dot(impulse, turning(state.q[b], state.spin[b] + HALF * impulse, masses.inverse[b]))
-        e, e_rest = added(state.e[b], state.e_rest[b], work)
-        state.e[b] = e
-        state.e_rest[b] = e_rest
-        spin, spin_rest = added(state.spin[b], state.spin_rest[b], impulse)
-        state.spin[b] = spin
-        state.spin_rest[b] = spin_rest
+        struck(b, t * state.force[b], t * state.torque[b], state, masses)
 
 
 @wp.func
@@ -143,29 +101,82 @@ def record_end(state: Rigids, masses: Masses, step: int):
 
 
 @functools.cache
-def all_wrenches(gravity_kinds, surface_kinds):
-    """Warp function (stage, gravity, surfaces, masses, shells, state) -> the energy; sets state.force and .torque.
+def all_wrenches(gravity_kinds, surface_kinds, note=ignored):
+    """Warp function (stage, gravity, surfaces, thin, masses, shells, touches, state) -> the energy.
 
-    kinds: pairs, each of the prescribed sources' kinds (as `field_at` takes them) and the free bodies' own.
+    Sets state.force and state.torque. kinds: pairs, each of the prescribed sources' kinds (as `field_at` takes them)
+    and the free bodies' own. note: see `contact`.
     """
     pull = gravity_wrenches(*gravity_kinds)
-    push = contact_wrenches(*surface_kinds)
+    push = contact_wrenches(*surface_kinds, note)
 
     @wp.func
-    def wrenches(stage: int, gravity: Stages, surfaces: Stages, masses: Masses, shells: Shells, state: Rigids):
+    def wrenches(
+        stage: int,
+        gravity: Stages,
+        surfaces: Stages,
+        thin: Thin,
+        masses: Masses,
+        shells: Shells,
+        touches: Touches,
+        state: Rigids,
+    ):
         for b in range(state.x.shape[0]):
             state.force[b] = wp.vec3d()
             state.torque[b] = wp.vec3d()
         u = pull(stage, gravity, masses, state.x, state.q, state.force, state.torque)
-        return u + push(stage, surfaces, shells, state.x, state.q, state.force, state.torque)
+        return u + push(stage, surfaces, thin, shells, touches, state.x, state.q, state.force, state.torque)
 
     return wrenches
 
 
 @functools.cache
-def rigid_kernel(gravity_kinds, surface_kinds):
-    """Kernel that takes all bodies through `steps` steps of length dt and records every stage."""
-    wrenches = all_wrenches(gravity_kinds, surface_kinds)
+def _forces(gravity_kinds, surface_kinds, lossy):
+    """Warp function as `all_wrenches` makes; lossy: lists what touches."""
+    wrenches = all_wrenches(gravity_kinds, surface_kinds, listed if lossy else ignored)
+    meet = met(surface_kinds[0])
+
+    @wp.func
+    def listing(
+        stage: int,
+        gravity: Stages,
+        surfaces: Stages,
+        thin: Thin,
+        masses: Masses,
+        shells: Shells,
+        touches: Touches,
+        state: Rigids,
+    ):
+        begun(touches)
+        u = wrenches(stage, gravity, surfaces, thin, masses, shells, touches, state)
+        meet(stage, surfaces, touches)
+        return u
+
+    return listing if lossy else wrenches
+
+
+@wp.func
+def kick_with_losses(state: Rigids, masses: Masses, touches: Touches, losses: Losses, t: wp.float64):
+    """Kick, and what damping and friction make of it."""
+    before_kick(state, masses, touches, losses)
+    kick(state, masses, t)
+    lose(t, state, masses, touches, losses)
+
+
+@wp.func
+def kick_without(state: Rigids, masses: Masses, touches: Touches, losses: Losses, t: wp.float64):
+    """Kick alone."""
+    kick(state, masses, t)
+
+
+@functools.cache
+def rigid_kernel(gravity_kinds, surface_kinds, lossy: bool = False):
+    """Kernel that takes all bodies through `steps` steps of length dt and records every stage.
+
+    lossy: whether some pair of bodies has friction, or a restitution below 1; else touches and losses are not read.
+    """
+    wrenches = _forces(gravity_kinds, surface_kinds, lossy)
+    kicked = kick_with_losses if lossy else kick_without
 
     @wp.kernel(module="unique", enable_backward=False)
     def rigid(
@@ -175,8 +186,11 @@ def rigid_kernel(gravity_kinds, surface_kinds):
         splitting: RigidSplitting,
         gravity: Stages,
         surfaces: Stages,
+        thin: Thin,
         masses: Masses,
         shells: Shells,
+        touches: Touches,
+        losses: Losses,
         state: Rigids,
     ):
         drifts = splitting.drifts.shape[0]
@@ -191,9 +205,9 @@ def rigid_kernel(gravity_kinds, surface_kinds):
                     known = 0
                 if splitting.kicks[j] != wp.float64(0.0):
                     if known == 0:
-                        wrenches(step * drifts + j, gravity, surfaces, masses, shells, state)
+                        wrenches(step * drifts + j, gravity, surfaces, thin, masses, shells, touches, state)
                         known = 1
-                    kick(state, masses, dt * splitting.kicks[j])
+                    kicked(state, masses, touches, losses, dt * splitting.kicks[j])
             record_end(state, masses, step + 1)
 
     return rigid
@@ -209,12 +223,13 @@ def energy_kernel(gravity_kinds, surface_kinds):
         start: int,
         gravity: Stages,
         surfaces: Stages,
+        thin: Thin,
         masses: Masses,
         shells: Shells,
         state: Rigids,
         energy: wp.array(dtype=wp.float64),
     ):
-        energy[0] = wrenches(0, gravity, surfaces, masses, shells, state)
+        energy[0] = wrenches(0, gravity, surfaces, thin, masses, shells, Touches(), state)
 
     return potential
 
@@ -226,7 +241,7 @@ def pair_kernel(gravity_kinds, surface_kinds):
     forces, torques, backs (B, B) of row a, column b: force and torque on a, and the torque on b; 0 for a body itself.
     """
     pull = gravity_between(gravity_kinds)
-    push = contact_between(surface_kinds)
+    push = contact_between(surface_kinds, ignored)
 
     @wp.kernel(module="unique", enable_backward=False)
     def pairs(
@@ -246,7 +261,7 @@ def pair_kernel(gravity_kinds, surface_kinds):
         backs[a, b] = wp.vec3d()
         if a != b:
             _u, pulled, turn, back = pull(a, b, masses, state.x, state.q)
-            _w, pushed, twist, rear = push(a, b, shells, state.x, state.q)
+            _w, pushed, twist, rear = push(a, b, shells, Touches(), state.x, state.q)
             forces[a, b] = pulled + pushed
             torques[a, b] = turn + twist
             backs[a, b] = back + rear

@@ -3,26 +3,35 @@
 import numpy as np
 import warp as wp
 
-from fieldsim.dynamics.rigid.contact import Shells
+from fieldsim import validate
+from fieldsim.dynamics.contact.surface_points import spacing
 from fieldsim.dynamics.rigid.gravity import Masses
-from fieldsim.dynamics.rigid.kernel import Rigids
+from fieldsim.dynamics.rigid.rigids import Rigids
+from fieldsim.dynamics.rigid.shells import Shells
 from fieldsim.numerics import quaternion
 from fieldsim.potentials import registry
+from fieldsim.potentials.bounds.reach import scale
 from fieldsim.potentials.elements import concatenate
 from fieldsim.potentials.row import ROW_WIDTH
 from fieldsim.sources.elements import Sources
 from fieldsim.sources.margins import refuse_compact, with_reach
 from fieldsim.sources.rows import STILL_WIDTH
 from fieldsim.sources.stages import Stages, tables, upload
+from fieldsim.sources.surface_velocity import twist_rates
 
 HOST = "cpu"
 
 
-def prescribed_tables(gravity: Sources, surfaces: Sources, times) -> tuple[Stages, Stages]:
-    """What prescribed bodies give at the stages `times`: their gravity, and their surfaces with their reach."""
+def prescribed_tables(gravity: Sources, surfaces: Sources, times, rates: bool = False) -> tuple[Stages, Stages]:
+    """What prescribed bodies give at the stages `times`: their gravity, and their surfaces with their reach.
+
+    rates: whether with their twists per unit of time as well.
+    """
     refuse_compact(one.kernel for one in registry.formulas_of(sum(surfaces.kinds_used, ())).values())
     fixed = with_reach(surfaces.fixed.rows, surfaces.fixed.kinds, len(surfaces))
     moving = with_reach(surfaces.rows_at(times), surfaces.moving_kinds, len(surfaces))
+    if rates:
+        moving = np.concatenate([moving, twist_rates(surfaces, times)], axis=-1)
     return upload(gravity, times, HOST), tables(surfaces, fixed, moving, HOST)
 
 
@@ -64,29 +73,49 @@ def shells_of(starts, stiffnesses) -> Shells:
     before = np.cumsum([0, *(len(shell.points) for shell in found)])
     ends = [shell.ends + first for shell, first in zip(found, before, strict=False)]
     shells.points = host_array(np.concatenate([np.zeros((0, 3)), *(shell.points for shell in found)]), wp.vec3d)
-    shells.weights = weights_of(starts, stiffnesses)
     shells.blocks = host_array(np.concatenate([np.zeros((0, 4)), *(shell.blocks for shell in found)]), wp.vec4d)
     shells.block_end = wp.array(np.concatenate([[], *ends]), dtype=wp.int32, device=HOST)
     shells.first_block = _firsts([start.shell.ends if start.shell else () for start in starts])
     _pack_rows(shells, [start.surface_elements() for start in starts], STILL_WIDTH)
     reach = [np.linalg.norm(start.shell.points, axis=1).max() if start.shell else 0.0 for start in starts]
     shells.reach = host_array(1.01 * np.array(reach), wp.float64)
+    shells.spacing = host_array([spacing(start.radius) if start.shell else 0.0 for start in starts], wp.float64)
+    set_stiffness(shells, starts, stiffnesses)
     return shells
 
 
-def that_feel(kind, table):
-    """A table (`Masses` or `Shells`, its kind) of the same bodies, which feel but have no fields of their own."""
-    feeling = kind()
-    for name in kind.vars:
-        setattr(feeling, name, getattr(table, name))
-    feeling.first_row = wp.zeros_like(table.first_row)
-    return feeling
-
-
-def weights_of(starts, stiffnesses):
-    """Area times stiffness of all points of surfaces; stiffnesses: one per body."""
+def set_stiffness(shells: Shells, starts, stiffnesses) -> None:
+    """Give the surfaces their stiffnesses, one per body."""
     weights = [k * start.shell.areas for start, k in zip(starts, stiffnesses, strict=True) if start.shell]
-    return host_array(np.concatenate([[], *weights]), wp.float64)
+    shells.weights = host_array(np.concatenate([[], *weights]), wp.float64)
+    shells.stiffness = host_array(stiffnesses, wp.float64)
+
+
+def grains_of(starts, surfaces: Sources, time: float):
+    """Lengths over which the surfaces' fields vary (B + 1,): of the free bodies, and of all prescribed ones."""
+    parts = [start.surface_elements() for start in starts]
+    lengths = [scale(part.rows, part.kinds) for part in parts]
+    moving = surfaces.rows_at(np.array([time]))[0]
+    fixed = surfaces.fixed
+    lengths.append(np.concatenate([scale(fixed.rows, fixed.kinds), scale(moving, surfaces.moving_kinds)]))
+    # What has no elements is never asked.
+    return host_array([np.min(part, initial=validate.FARTHEST) for part in lengths], wp.float64)
+
+
+def that_feel(masses: Masses, shells: Shells) -> tuple[Masses, Shells]:
+    """Tables of the same bodies, which feel what is prescribed, but not each other."""
+    feeling, touching = _copied(Masses, masses), _copied(Shells, shells)
+    feeling.first_row = wp.zeros_like(masses.first_row)
+    touching.apart = 1
+    return feeling, touching
+
+
+def _copied(kind, table):
+    """A table, of the struct `kind`, that shares the arrays of another."""
+    copied = kind()
+    for name in kind.vars:
+        setattr(copied, name, getattr(table, name))
+    return copied
 
 
 def host_array(values, dtype):

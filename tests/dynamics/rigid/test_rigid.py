@@ -250,7 +250,7 @@ def test_bodies_bounce_without_loss():
     skin = fs.Material(radius=0.3)
     drifts = []
     for dt in (4e-3, 2e-3):
-        simulation = fs.Simulation(rod_and_bent_rod(surface=skin, speed=0.05, stiffness=5.0), fs.Leapfrog(dt))
+        simulation = fs.Simulation(rod_and_bent_rod(surface=skin, speed=0.05, stiffness=3e4), fs.Leapfrog(dt))
         bodies = simulation.bodies
         energy, start, nearest, drift = body_energy(bodies).total, kept(bodies), 9.0, 0.0
         for time in np.arange(0.1, 8.05, 0.1):
@@ -340,5 +340,5 @@ def test_bad_worlds_are_refused():
 
 def test_kernels_compile_for_cuda(compiles_for_cuda):
     kinds = FreeBodies(rod_and_bent_rod(surface=fs.Material(radius=0.3)), 0.0).kinds_used
-    for kernel in (rigid_kernel(*kinds), energy_kernel(*kinds)):
+    for kernel in (rigid_kernel(*kinds), rigid_kernel(*kinds, lossy=True), energy_kernel(*kinds)):
         compiles_for_cuda(kernel.module)

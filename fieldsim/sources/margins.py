@@ -15,8 +15,8 @@ from fieldsim.errors import InputError
 from fieldsim.launch import launch
 from fieldsim.portable import Indices, Portable, Table, hole, portable, real
 from fieldsim.potentials import registry
-from fieldsim.potentials.bounds.reach import reach
-from fieldsim.potentials.row import ANGLE, DIRECTIONS, POSITIONS, SIZE, STRENGTH
+from fieldsim.potentials.bounds.reach import alone, reach
+from fieldsim.potentials.row import ANGLE, DIRECTIONS, POSITIONS, SIZE
 from fieldsim.sources.rows import REACH
 from fieldsim.sources.stages import Stages
 
@@ -26,8 +26,9 @@ def with_reach(rows, kinds, total: int):
 
     The reach is where an element's field cannot be more than 1 / total.
     """
-    alone = np.where(rows[..., STRENGTH] > 0.0, reach(rows, kinds, 1.0), 0.0)
-    return np.concatenate([rows, reach(rows, kinds, 1.0 / max(total, 1))[..., None], alone[..., None]], axis=-1)
+    return np.concatenate(
+        [rows, reach(rows, kinds, 1.0 / max(total, 1))[..., None], alone(rows, kinds)[..., None]], axis=-1
+    )
 
 
 def refuse_compact(kernels):

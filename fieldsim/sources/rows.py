@@ -5,7 +5,7 @@ They have the columns of elements (see `potentials.row`) and then these:
 | columns | names | content |
 |---|---|---|
 | 35 | REACH | distance from the primitive beyond which its field is below its share of the level |
-| 36 | ALONE | distance from the primitive at which its field alone comes to the level, or more; 0 where it does not |
+| 36 | ALONE | about the distance from the primitive at which its field alone comes to the level; 0 where it does not |
 | 37-39 | TURN | of elements that move: rotation vector of the body's twist per step |
 | 40-42 | SHIFT | of elements that move: translation of that twist per step |
 | 43 | DEFORMS | of elements that move: 1 if the body deforms as well, so that its twist is not all of its motion |
@@ -18,7 +18,7 @@ from fieldsim.potentials.row import ROW, Layout, vector_reader
 SURFACE = Layout(extends=ROW)
 REACH = SURFACE.number("REACH", "distance from the primitive beyond which its field is below its share of the level")
 ALONE = SURFACE.number(
-    "ALONE", "distance from the primitive at which its field alone comes to the level, or more; 0 where it does not"
+    "ALONE", "about the distance from the primitive at which its field alone comes to the level; 0 where it does not"
 )
 # The columns of surface elements that do not move.
 STILL_WIDTH = SURFACE.width

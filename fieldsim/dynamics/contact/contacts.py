@@ -16,8 +16,8 @@ from fieldsim.sources.rows import ALONE, REACH, shift_of, turn_of
 from fieldsim.sources.stages import Stages
 from fieldsim.sources.surface_velocity import screw
 
-# Contacts of one sphere: the nearest are kept.
-MOST = 6
+# Contacts of one sphere: the nearest are kept. In general position a ball at rest has three.
+MOST = 4
 Numbers = wp.types.vector(MOST, wp.float64)
 Vectors = wp.types.matrix((MOST, 3), wp.float64)
 # Gaps in units of the surfaces' grain: the accuracy of a place of contact, and the greatest that counts as touching.
@@ -26,9 +26,11 @@ TOUCHING = wp.constant(wp.float64(1e-9))
 # Rounding of a gap in units of the coordinates.
 ROUNDING = wp.constant(wp.float64(4e-15))
 # Steps of a search. It ends with a step of this share of the length over which the surface bends; the error is about
-# its square.
+# its square. Where the gap is CLEAR times as long as a step of that share of it, no more is to be known.
 STEPS = wp.constant(60)
 CLOSE = wp.constant(wp.float64(1e-6))
+ROUGH = wp.constant(wp.float64(1e-3))
+CLEAR = wp.constant(wp.float64(3.0))
 # Points nearer to each other than this share of the grain are one.
 SAME = wp.constant(wp.float64(1e-3))
 # Where one search begins within this share of the grain of what another has found, it would find the same.
@@ -92,18 +94,6 @@ def touching(p: wp.vec3d, radius: wp.float64, grain: wp.float64):
 
 
 @wp.func
-def normal_of(contacts: Contacts, k: int):
-    """Normal of contact k."""
-    return wp.vec3d(contacts.normals[k, 0], contacts.normals[k, 1], contacts.normals[k, 2])
-
-
-@wp.func
-def point_of(contacts: Contacts, k: int):
-    """Point of contact k."""
-    return wp.vec3d(contacts.points[k, 0], contacts.points[k, 1], contacts.points[k, 2])
-
-
-@wp.func
 def twist_of(contacts: Contacts, k: int):
     """(turn, shift) per step of the material at contact k."""
     turn = wp.vec3d(contacts.turns[k, 0], contacts.turns[k, 1], contacts.turns[k, 2])
@@ -113,7 +103,7 @@ def twist_of(contacts: Contacts, k: int):
 
 @functools.cache
 def nearest_from(kinds_used):
-    """Warp function (start, foot, centre, grain, surfaces, moment, time after it) -> Nearest.
+    """Warp function (start, foot, centre, radius, grain, surfaces, moment, time after it) -> Nearest.
 
     The search begins at `start`; where there is no field it goes towards the foot.
     """
@@ -124,6 +114,7 @@ def nearest_from(kinds_used):
         start: wp.vec3d,
         foot: wp.vec3d,
         center: wp.vec3d,
+        radius: wp.float64,
         grain: wp.float64,
         surfaces: Stages,
         moment: Moment,
@@ -159,7 +150,8 @@ def nearest_from(kinds_used):
                 q = q + e
                 continue
             q = q + d
-            if size <= CLOSE * scale:
+            clear = size <= ROUGH * scale and wp.abs(wp.length(center - q) - radius) > CLEAR * size
+            if clear or size <= CLOSE * scale:
                 result.found = wp.int32(1)
                 result.point = q
                 n = wp.vec3d(nx, ny, nz)
@@ -177,64 +169,13 @@ def nearest_from(kinds_used):
 
 
 @wp.func
-def added_contact(
-    contacts: Contacts,
-    near: Nearest,
-    center: wp.vec3d,
-    radius: wp.float64,
-    grain: wp.float64,
-):
-    """The contacts with one more, unless it is there already or farther than all that there is room for."""
-    o = center - near.point
-    distance = wp.length(o)
-    if wp.dot(o, near.normal) < wp.float64(0.0):
-        distance = -distance
-    gap = distance - radius
-    if not gap < contacts.horizon:
-        return contacts
-    place = contacts.count
-    for k in range(contacts.count):
-        if wp.length(point_of(contacts, k) - near.point) <= SAME * grain:
-            return contacts
-    if place == MOST:
-        farthest = gap
-        for k in range(MOST):
-            if contacts.gaps[k] > farthest:
-                farthest = contacts.gaps[k]
-                place = k
-        if place == MOST:
-            return contacts
-    else:
-        contacts.count = place + 1
-    contacts.gaps[place] = gap
-    contacts.speeds[place] = near.speed
-    contacts.normals[place] = near.normal
-    contacts.points[place] = near.point
-    contacts.turns[place] = near.turn
-    contacts.shifts[place] = near.shift
-    if gap < contacts.least:
-        contacts.least = gap
-        contacts.which = place
-    return contacts
-
-
-@wp.func
-def known_nearby(contacts: Contacts, p: wp.vec3d, within: wp.float64):
-    """Whether some contact's point is that near to p."""
-    for k in range(contacts.count):
-        if wp.length(point_of(contacts, k) - p) <= within:
-            return True
-    return False
-
-
-@wp.func
 def direction_from(foot: wp.vec3d, center: wp.vec3d):
-    """Unit vector from a foot to the centre, and their distance; on the skeleton itself, some direction."""
+    """Unit vector from a foot to the centre; on the skeleton itself, some direction."""
     away = center - foot
     size = wp.length(away)
     if size > wp.float64(0.0):
-        return away / size, size
-    return wp.vec3d(wp.float64(0.0), wp.float64(0.0), wp.float64(1.0)), size
+        return away / size
+    return wp.vec3d(wp.float64(0.0), wp.float64(0.0), wp.float64(1.0))
 
 
 @functools.cache
@@ -271,115 +212,68 @@ def _foot_of(kinds: tuple[int, ...]):
     return foot, len(feet)
 
 
+@wp.struct
+class Beginning:
+    """Where a search begins: the foot, and the start beside it; near: 1 if what it finds can be near enough."""
+
+    near: wp.int32
+    foot: wp.vec3d
+    start: wp.vec3d
+
+
+@functools.cache
+def beginning_at(kinds_used):
+    """Warp function (i, which, centre, within, surfaces, moment, time after it) -> Beginning.
+
+    Of foot number `which` of element i, those that move after those that do not; within: how far from the centre the
+    surface matters.
+    """
+    fixed_kinds, moving_kinds = kinds_used
+    foot_fixed, _ = _foot_of(fixed_kinds)
+    foot_moving, _ = _foot_of(moving_kinds)
+
+    @wp.func
+    def still(i: int, which: int, center: wp.vec3d, within: wp.float64, surfaces: Stages, moment: Moment,
+              later: wp.float64):  # fmt: skip
+        result = Beginning()
+        foot = foot_fixed(center, surfaces.rows, surfaces.kinds, i, which)
+        if wp.length(foot - center) - surfaces.rows[i, REACH] < within:
+            result.near = wp.int32(1)
+            result.foot = foot
+            result.start = foot + surfaces.rows[i, ALONE] * direction_from(foot, center)
+        return result
+
+    @wp.func
+    def changing(i: int, which: int, center: wp.vec3d, within: wp.float64, surfaces: Stages, moment: Moment,
+                 later: wp.float64):  # fmt: skip
+        fixed = surfaces.kinds.shape[0]
+        if i < fixed:
+            return still(i, which, center, within, surfaces, moment, later)
+        result = Beginning()
+        row = moment.stage * surfaces.moving + i - fixed
+        s = fraction(moment, later)
+        turn = s * turn_of(surfaces.moving_rows, row)
+        shift = s * shift_of(surfaces.moving_rows, row)
+        back = screw(center, -turn, -shift)
+        foot = foot_moving(back, surfaces.moving_rows, surfaces.moving_kinds, row, which)
+        if wp.length(foot - back) - surfaces.moving_rows[row, REACH] < within:
+            result.near = wp.int32(1)
+            result.foot = screw(foot, turn, shift)
+            result.start = result.foot + surfaces.moving_rows[row, ALONE] * direction_from(result.foot, center)
+        return result
+
+    return changing if moving_kinds else still
+
+
 @functools.cache
 def contacts_at(kinds_used):
     """Warp function (centre, radius, horizon, grain, surfaces, moment, time after it) -> Contacts nearer than that."""
-    fixed_kinds, moving_kinds = kinds_used
-    foot_fixed, feet_fixed = _foot_of(fixed_kinds)
-    foot_moving, feet_moving = _foot_of(moving_kinds)
+    feet = max(_foot_of(kinds)[1] for kinds in kinds_used)
+    begin = beginning_at(kinds_used)
     search = nearest_from(kinds_used)
     jet_of = surface_jet(kinds_used)
 
-    @wp.func
-    def from_foot(
-        contacts: Contacts,
-        foot: wp.vec3d,
-        alone: wp.float64,
-        center: wp.vec3d,
-        radius: wp.float64,
-        grain: wp.float64,
-        surfaces: Stages,
-        moment: Moment,
-        later: wp.float64,
-    ):
-        """The contacts with what is found from a foot of an element whose surface alone lies `alone` from it."""
-        u, _size = direction_from(foot, center)
-        start = foot + alone * u
-        if known_nearby(contacts, start, BASIN * grain):
-            return contacts
-        near = search(start, foot, center, grain, surfaces, moment, later)
-        if near.found == 1:
-            contacts = added_contact(contacts, near, center, radius, grain)
-        if near.forked == 1:
-            near = search(near.aside, foot, center, grain, surfaces, moment, later)
-            if near.found == 1:
-                contacts = added_contact(contacts, near, center, radius, grain)
-        return contacts
-
-    @wp.func
-    def from_fixed(
-        contacts: Contacts,
-        center: wp.vec3d,
-        radius: wp.float64,
-        grain: wp.float64,
-        surfaces: Stages,
-        moment: Moment,
-        later: wp.float64,
-    ):
-        for i in range(surfaces.kinds.shape[0]):
-            for which in range(feet_fixed):
-                foot = foot_fixed(center, surfaces.rows, surfaces.kinds, i, which)
-                if wp.length(foot - center) - surfaces.rows[i, REACH] < radius + contacts.horizon:
-                    contacts = from_foot(
-                        contacts, foot, surfaces.rows[i, ALONE], center, radius, grain, surfaces, moment, later
-                    )
-        return contacts
-
-    @wp.func
-    def from_moving(
-        contacts: Contacts,
-        center: wp.vec3d,
-        radius: wp.float64,
-        grain: wp.float64,
-        surfaces: Stages,
-        moment: Moment,
-        later: wp.float64,
-    ):
-        s = fraction(moment, later)
-        rows = surfaces.moving_rows
-        first = moment.stage * surfaces.moving
-        for i in range(first, first + surfaces.moving):
-            turn = s * turn_of(rows, i)
-            shift = s * shift_of(rows, i)
-            back = screw(center, -turn, -shift)
-            for which in range(feet_moving):
-                foot = foot_moving(back, rows, surfaces.moving_kinds, i, which)
-                if wp.length(foot - back) - rows[i, REACH] < radius + contacts.horizon:
-                    foot = screw(foot, turn, shift)
-                    contacts = from_foot(contacts, foot, rows[i, ALONE], center, radius, grain, surfaces, moment, later)
-        return contacts
-
-    @wp.func
-    def facing(contacts: Contacts, center: wp.vec3d, radius: wp.float64, surfaces: Stages, moment: Moment,
-               later: wp.float64):  # fmt: skip
-        """The contacts without far sides: what a centre outside would see through the body."""
-        through = wp.int32(0)
-        for k in range(contacts.count):
-            if contacts.gaps[k] + radius < wp.float64(0.0):
-                through = wp.int32(1)
-        if through == 0:
-            return contacts
-        jet = jet_of(center, surfaces, moment, later)
-        if jet.f >= wp.float64(1.0):
-            return contacts
-        kept = Contacts()
-        kept.horizon = contacts.horizon
-        kept.least = contacts.horizon
-        for k in range(contacts.count):
-            if contacts.gaps[k] + radius >= wp.float64(0.0):
-                j = kept.count
-                kept.gaps[j] = contacts.gaps[k]
-                kept.speeds[j] = contacts.speeds[k]
-                kept.normals[j] = contacts.normals[k]
-                kept.points[j] = contacts.points[k]
-                kept.turns[j] = contacts.turns[k]
-                kept.shifts[j] = contacts.shifts[k]
-                if kept.gaps[j] < kept.least:
-                    kept.least = kept.gaps[j]
-                    kept.which = j
-                kept.count = j + 1
-        return kept
-
+    # One function, since contacts are much to copy.
     @wp.func
     def contacts(
         center: wp.vec3d,
@@ -393,10 +287,58 @@ def contacts_at(kinds_used):
         result = Contacts()
         result.horizon = horizon
         result.least = horizon
-        if wp.static(len(fixed_kinds) > 0):
-            result = from_fixed(result, center, radius, grain, surfaces, moment, later)
-        if wp.static(len(moving_kinds) > 0):
-            result = from_moving(result, center, radius, grain, surfaces, moment, later)
-        return facing(result, center, radius, surfaces, moment, later)
+        through = wp.int32(0)
+        for i in range(surfaces.kinds.shape[0] + surfaces.moving):
+            for which in range(feet):
+                beginning = begin(i, which, center, radius + horizon, surfaces, moment, later)
+                start = beginning.start
+                searching = beginning.near == 1
+                for k in range(result.count):
+                    if wp.length(result.points[k] - start) <= BASIN * grain:
+                        searching = False
+                # Once more where the first search forked.
+                for _ in range(wp.where(searching, 2, 0)):
+                    if not searching:
+                        break
+                    near = search(start, beginning.foot, center, radius, grain, surfaces, moment, later)
+                    searching = near.forked == 1
+                    start = near.aside
+                    o = center - near.point
+                    gap = wp.length(o) - radius
+                    if wp.dot(o, near.normal) < wp.float64(0.0):
+                        gap = -wp.length(o) - radius
+                    known = near.found == 0 or not gap < horizon
+                    for k in range(result.count):
+                        if wp.length(result.points[k] - near.point) <= SAME * grain:
+                            known = True
+                    place = result.count
+                    if place == MOST:
+                        place = wp.int32(0)
+                        for k in range(1, MOST):
+                            if result.gaps[k] > result.gaps[place]:
+                                place = k
+                        known = known or gap >= result.gaps[place]
+                    if not known:
+                        result.count = wp.max(result.count, place + 1)
+                        result.gaps[place] = gap
+                        result.speeds[place] = near.speed
+                        result.normals[place] = near.normal
+                        result.points[place] = near.point
+                        result.turns[place] = near.turn
+                        result.shifts[place] = near.shift
+                        if gap + radius < wp.float64(0.0):
+                            through = wp.int32(1)
+        if through == 1:
+            # A centre outside sees the far side of a body through it: that is no contact.
+            jet = jet_of(center, surfaces, moment, later)
+            if jet.f < wp.float64(1.0):
+                for k in range(result.count):
+                    if result.gaps[k] + radius < wp.float64(0.0):
+                        result.gaps[k] = horizon
+        for k in range(result.count):
+            if result.gaps[k] < result.least:
+                result.least = result.gaps[k]
+                result.which = k
+        return result
 
     return contacts

@@ -12,7 +12,7 @@ import functools
 
 import warp as wp
 
-from fieldsim.dynamics.contact.contacts import Contacts, contacts_at, normal_of, tolerance
+from fieldsim.dynamics.contact.contacts import Contacts, contacts_at, tolerance
 from fieldsim.dynamics.contact.particle_state import ContactParticle
 from fieldsim.sources.margins import margin_at, sweep_at
 from fieldsim.sources.moments import Moment
@@ -45,15 +45,15 @@ class Motion:
 
 
 @wp.func
-def position_at(m: Motion, t: wp.float64):
+def position_at(x: wp.vec3d, v: wp.vec3d, a: wp.vec3d, t: wp.float64):
     """Position after a further time t of free flight."""
-    return m.x + t * (m.v + wp.float64(0.5) * t * m.a)
+    return x + t * (v + wp.float64(0.5) * t * a)
 
 
 @wp.func
-def gap_rate(m: Motion, contacts: Contacts, k: int, t: wp.float64):
-    """Rate of change of the gap of contact k after a further time t of free flight."""
-    return wp.dot(normal_of(contacts, k), m.v + t * m.a) - contacts.speeds[k]
+def gap_rate(normal: wp.vec3d, speed: wp.float64, v: wp.vec3d):
+    """Rate of change of a contact's gap at the velocity v; normal, speed: the surface's."""
+    return wp.dot(normal, v) - speed
 
 
 @functools.cache
@@ -77,7 +77,7 @@ def refined_contact(kinds_used):
     ):
         t = wp.float64(0.5) * (low + high)
         for k in range(REFINEMENTS):
-            p = position_at(m, t)
+            p = position_at(m.x, m.v, m.a, t)
             there = contacts_of(p, ball.radius, horizon, ball.grain, surfaces, moment, t)
             close = tolerance(p, ball.radius, ball.grain)
             if there.least < wp.float64(0.0):
@@ -88,7 +88,9 @@ def refined_contact(kinds_used):
                     break
             step = wp.float64(wp.nan)
             if there.count > 0:
-                step = -(there.least - wp.float64(0.5) * close) / gap_rate(m, there, there.which, t)
+                step = -(there.least - wp.float64(0.5) * close) / gap_rate(
+                    there.normals[there.which], there.speeds[there.which], m.v + t * m.a
+                )
             t = t + step
             # Not (low < t < high), so that a NaN is caught as well; every fourth time the bracket is halved anyway.
             if not (t > low and t < high) or k % 4 == 3:
@@ -130,17 +132,17 @@ def contact_within(kinds_used):
             high = end
         span = end - begin
         for k in range(first.count):
-            d0 = span * gap_rate(m, first, k, begin)
+            d0 = span * gap_rate(first.normals[k], first.speeds[k], m.v + begin * m.a)
             if high < wp.float64(0.0) and d0 < wp.float64(0.0):
                 for j in range(last.count):
-                    d1 = span * gap_rate(m, last, j, end)
-                    same = wp.dot(normal_of(first, k), normal_of(last, j)) > ALIKE
+                    d1 = span * gap_rate(last.normals[j], last.speeds[j], m.v + end * m.a)
+                    same = wp.dot(first.normals[k], last.normals[j]) > ALIKE
                     if high < wp.float64(0.0) and same and d1 > wp.float64(0.0):
                         u, value = minimum_of(first.gaps[k], d0, last.gaps[j], d1)
                         if value < CHECK_BELOW * ball.grain and u > wp.float64(0.0) and u < wp.float64(1.0):
                             t = begin + u * span
                             there = contacts_of(
-                                position_at(m, t), ball.radius, horizon, ball.grain, surfaces, moment, t
+                                position_at(m.x, m.v, m.a, t), ball.radius, horizon, ball.grain, surfaces, moment, t
                             )
                             if there.least < wp.float64(0.0):
                                 high = t
@@ -149,9 +151,18 @@ def contact_within(kinds_used):
     return crossing
 
 
+@wp.struct
+class Passage:
+    """What a flight meets: the time of first contact, or -1; and the contacts at its end, if known is 1."""
+
+    time: wp.float64
+    known: wp.int32
+    there: Contacts
+
+
 @functools.cache
 def first_contact(kinds_used):
-    """Warp function (motion, contacts there, ball, surfaces, moment, duration) -> time of contact, or -1."""
+    """Warp function (motion, contacts there, ball, surfaces, moment, duration) -> Passage."""
     contacts_of = contacts_at(kinds_used)
     crossing = contact_within(kinds_used)
     refined = refined_contact(kinds_used)
@@ -171,11 +182,12 @@ def first_contact(kinds_used):
         piece = duration
         if speed * duration > ball.grain:
             piece = ball.grain / speed
-        found = wp.float64(-1.0)
+        passage = Passage()
+        passage.time = wp.float64(-1.0)
         known = wp.int32(1)
         t = wp.float64(0.0)
         for _ in range(PIECES):
-            p = position_at(m, t)
+            p = position_at(m.x, m.v, m.a, t)
             room = margin(p, surfaces, moment.stage) - ball.radius
             if room > ball.grain:
                 t = t + room / speed
@@ -191,17 +203,22 @@ def first_contact(kinds_used):
                     known = wp.int32(0)
                 else:
                     end = t + span
-                    there = contacts_of(position_at(m, end), ball.radius, horizon, ball.grain, surfaces, moment, end)
+                    there = contacts_of(
+                        position_at(m.x, m.v, m.a, end), ball.radius, horizon, ball.grain, surfaces, moment, end
+                    )
                     if here.least + there.least < speed * span:
                         high = crossing(m, ball, surfaces, moment, here, t, there, end, horizon)
                         if high >= wp.float64(0.0):
-                            found = refined(m, ball, surfaces, moment, t, high, horizon)
+                            passage.time = refined(m, ball, surfaces, moment, t, high, horizon)
                             break
                     here = there
                     known = wp.int32(1)
                     t = end
             if not (t < duration):
+                if known == 1:
+                    passage.known = wp.int32(1)
+                    passage.there = here
                 break
-        return found
+        return passage
 
     return first

@@ -9,7 +9,7 @@ import functools
 
 import warp as wp
 
-from fieldsim.dynamics.contact.contacts import Contacts, Numbers, Vectors, normal_of, point_of, twist_of
+from fieldsim.dynamics.contact.contacts import Contacts, Numbers, Vectors, twist_of
 from fieldsim.dynamics.contact.laws import coulomb
 from fieldsim.dynamics.contact.particle_state import ContactParticle
 
@@ -30,12 +30,6 @@ class Settled:
 
 
 @wp.func
-def row_of(vectors: Vectors, k: int):
-    """Row k."""
-    return wp.vec3d(vectors[k, 0], vectors[k, 1], vectors[k, 2])
-
-
-@wp.func
 def grounds_of(contacts: Contacts, x: wp.vec3d, ball: ContactParticle, dt: wp.float64):
     """Velocities of the ground at each contact.
 
@@ -47,7 +41,7 @@ def grounds_of(contacts: Contacts, x: wp.vec3d, ball: ContactParticle, dt: wp.fl
         turn, shift = twist_of(contacts, k)
         p = x
         if ball.mobility != wp.float64(1.0):
-            p = point_of(contacts, k)
+            p = contacts.points[k]
         grounds[k] = (wp.cross(turn, p) + shift) / dt
     return grounds
 
@@ -101,14 +95,14 @@ def settle(pressing: bool):
             change = wp.float64(0.0)
             for k in range(contacts.count):
                 if active[k] != wp.float64(0.0):
-                    normal = normal_of(contacts, k)
+                    normal = contacts.normals[k]
                     before = v
                     if wp.static(pressing):
                         press = wp.max(presses[k] + targets[k] - wp.dot(v, normal), wp.float64(0.0))
                         v = v + (press - presses[k]) * normal
                         presses[k] = press
                     if ball.friction > wp.float64(0.0):
-                        v, spin, total = rubbed(v, spin, row_of(grounds, k), normal, ball, row_of(rubs, k), presses[k])
+                        v, spin, total = rubbed(v, spin, grounds[k], normal, ball, rubs[k], presses[k])
                         rubs[k] = total
                     change = wp.max(change, wp.length(v - before))
             if change <= SETTLED * (wp.length(v) + change):

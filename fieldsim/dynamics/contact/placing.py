@@ -4,7 +4,7 @@ import functools
 
 import warp as wp
 
-from fieldsim.dynamics.contact.contacts import Contacts, contacts_at, normal_of, point_of, tolerance, touching
+from fieldsim.dynamics.contact.contacts import Contacts, contacts_at, tolerance, touching
 from fieldsim.dynamics.contact.event_detection import REFINEMENTS
 from fieldsim.dynamics.contact.particle_state import ContactParticle
 from fieldsim.sources.moments import Moment
@@ -38,7 +38,7 @@ def push_out(kinds_used):
                 break
             k = violated(there, ball.radius)
             outside = ball.radius + wp.float64(0.5) * tolerance(p, ball.radius, ball.grain)
-            p = point_of(there, k) + outside * normal_of(there, k)
+            p = there.points[k] + outside * there.normals[k]
         return p
 
     return push
@@ -65,7 +65,7 @@ def set_down(kinds_used):
         there = contacts_of(p, ball.radius, horizon, ball.grain, surfaces, moment, later)
         close = tolerance(p, ball.radius, ball.grain)
         if there.count > 0 and there.least > close:
-            p = point_of(there, there.which) + (ball.radius + wp.float64(0.5) * close) * normal_of(there, there.which)
+            p = there.points[there.which] + (ball.radius + wp.float64(0.5) * close) * there.normals[there.which]
         return push(p, ball, surfaces, moment, later)
 
     return down

@@ -9,7 +9,7 @@ import functools
 import numpy as np
 import warp as wp
 
-from fieldsim.dynamics.contact.contacts import contacts_at, normal_of
+from fieldsim.dynamics.contact.contacts import contacts_at
 from fieldsim.dynamics.contact.event_detection import Motion
 from fieldsim.dynamics.contact.laws import pressed
 from fieldsim.dynamics.contact.particle_state import ContactParticle, ContactParticles
@@ -48,11 +48,11 @@ def repulsion_at(surface_kinds):
             k = violated(here, radius)
             if here.gaps[k] + radius < wp.float64(0.0):
                 u, push = _pressed(reach - here.gaps[k], strength)
-                return u, push * normal_of(here, k)
+                return u, push * here.normals[k]
         for k in range(here.count):
             u, push = _pressed(reach - here.gaps[k], strength)
             energy += u
-            force += push * normal_of(here, k)
+            force += push * here.normals[k]
         return energy, force
 
     return repulsion

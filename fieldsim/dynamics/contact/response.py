@@ -11,9 +11,9 @@ import functools
 
 import warp as wp
 
-from fieldsim.dynamics.contact.contacts import Contacts, Numbers, contacts_at, normal_of, point_of, touching
+from fieldsim.dynamics.contact.contacts import Contacts, Numbers, contacts_at, touching
 from fieldsim.dynamics.contact.event_detection import Motion, first_contact
-from fieldsim.dynamics.contact.impulses import grounds_of, row_of, settle
+from fieldsim.dynamics.contact.impulses import grounds_of, settle
 from fieldsim.dynamics.contact.particle_state import (
     ABSORB,
     ABSORBED,
@@ -51,20 +51,22 @@ def flight(gravity_kinds, surface_kinds):
     @wp.func
     def fly(m: Motion, here: Contacts, ball: ContactParticle, gravity: Stages, surfaces: Stages, moment: Moment):
         h = moment.dt - moment.t
-        found = first(m, here, ball, surfaces, moment, h)
+        passage = first(m, here, ball, surfaces, moment, h)
         result = m
-        result.known = wp.int32(0)
+        result.known = passage.known
         result.t = moment.dt
-        if found >= wp.float64(0.0):
-            h = found
-            result.t = moment.t + found
+        if passage.known == 1:
+            result.here = passage.there
+        if passage.time >= wp.float64(0.0):
+            h = passage.time
+            result.t = moment.t + h
         half = wp.float64(0.5) * h
         v = m.v + half * m.a
         result.x = m.x + h * v
         a = pull(result.x, gravity, moment.stage, result.t / moment.dt)
         result.a = a
         result.v = v + half * a
-        return result, wp.where(found >= wp.float64(0.0), 1, 0)
+        return result, wp.where(passage.time >= wp.float64(0.0), 1, 0)
 
     return fly
 
@@ -96,8 +98,8 @@ def meeting_of(m: Motion, here: Contacts, ball: ContactParticle, dt: wp.float64)
     for k in range(here.count):
         result.targets[k] = here.speeds[k]
         if result.active[k] != wp.float64(0.0):
-            leaving = wp.dot(m.v, normal_of(here, k)) - here.speeds[k]
-            slow = slow_at(here, k, m.a, dt)
+            leaving = wp.dot(m.v, here.normals[k]) - here.speeds[k]
+            slow = slow_at(here.normals[k], m.a, dt)
             if leaving < -slow:
                 result.hits = True
                 result.targets[k] = here.speeds[k] - ball.restitution * leaving
@@ -136,8 +138,8 @@ def contact_step(gravity_kinds, surface_kinds):
     def absorbed(m: Motion, here: Contacts, ball: ContactParticle, dt: wp.float64):
         """The velocity of a ball that sticks at once."""
         grounds = grounds_of(here, m.x, ball, dt)
-        u = row_of(grounds, here.which)
-        n = normal_of(here, here.which)
+        u = grounds[here.which]
+        n = here.normals[here.which]
         return u + (here.speeds[here.which] - wp.dot(u, n)) * n
 
     @wp.func
@@ -187,7 +189,7 @@ def contact_step(gravity_kinds, surface_kinds):
                 if meeting.leaving <= wp.float64(0.0):
                     m.state = ABSORBED
                     m.v = absorbed(m, here, ball, dt)
-                    log_event(balls, ball.index, time + m.t, TAKEN, point_of(here, here.which), m.v - before)
+                    log_event(balls, ball.index, time + m.t, TAKEN, here.points[here.which], m.v - before)
                     hits += 1
                     hit = wp.int32(0)
                     m.here = here
@@ -198,7 +200,7 @@ def contact_step(gravity_kinds, surface_kinds):
                 end = _settle(m.v, m.spin, here, meeting.active, meeting.targets, Numbers(), grounds, ball)
                 m.v = end.v
                 m.spin = end.spin
-                log_event(balls, ball.index, time + m.t, HIT, point_of(here, meeting.which), m.v - before)
+                log_event(balls, ball.index, time + m.t, HIT, here.points[meeting.which], m.v - before)
                 meeting = meeting_of(m, here, ball, dt)
                 hit = wp.int32(1)
             hits += hit
@@ -207,8 +209,8 @@ def contact_step(gravity_kinds, surface_kinds):
                 if m.state != RESTING:
                     m.state = RESTING
                     fall = wp.max(-meeting.leaving, wp.float64(0.0))
-                    normal = normal_of(here, meeting.which)
-                    log_event(balls, ball.index, time + m.t, LAND, point_of(here, meeting.which), fall * normal)
+                    normal = here.normals[meeting.which]
+                    log_event(balls, ball.index, time + m.t, LAND, here.points[meeting.which], fall * normal)
                 m = support(m, here, meeting.active, ball, gravity, surfaces, moment, horizon)
                 m.known = wp.int32(1)
             else:

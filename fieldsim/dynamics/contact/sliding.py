@@ -16,13 +16,12 @@ from fieldsim.dynamics.contact.contacts import (
     Numbers,
     Vectors,
     contacts_at,
-    normal_of,
     tolerance,
     touching,
     twist_of,
 )
 from fieldsim.dynamics.contact.event_detection import ALIKE, REFINEMENTS, Motion
-from fieldsim.dynamics.contact.impulses import Settled, grounds_of, row_of, settle
+from fieldsim.dynamics.contact.impulses import Settled, grounds_of, settle
 from fieldsim.dynamics.contact.particle_state import ContactParticle
 from fieldsim.dynamics.contact.placing import push_out, set_down
 from fieldsim.sources.field import field_at
@@ -64,9 +63,9 @@ def pull_between(kinds_used):
 
 
 @wp.func
-def slow_at(contacts: Contacts, k: int, a: wp.vec3d, dt: wp.float64):
-    """The speed of approach to contact k below which a ball under the acceleration a rests."""
-    return SLOW * dt * wp.max(-wp.dot(a, normal_of(contacts, k)), wp.float64(0.0))
+def slow_at(normal: wp.vec3d, a: wp.vec3d, dt: wp.float64):
+    """The speed of approach to a contact below which a ball under the acceleration a rests."""
+    return SLOW * dt * wp.max(-wp.dot(a, normal), wp.float64(0.0))
 
 
 @wp.func
@@ -105,7 +104,7 @@ def carry_along(kinds_used):
         there = contacts_of(x, ball.radius, here.horizon, ball.grain, surfaces, moment, duration)
         u = (wp.cross(turn, x) + shift) / moment.dt
         if there.count > 0:
-            n = normal_of(there, there.which)
+            n = there.normals[there.which]
             u = u + (there.speeds[there.which] - wp.dot(u, n)) * n
         return x, u, there
 
@@ -116,14 +115,14 @@ def carry_along(kinds_used):
 def sticks(m: Motion, here: Contacts, active: Numbers, grounds: Vectors, ball: ContactParticle, h: wp.float64,
            dt: wp.float64):  # fmt: skip
     """Whether the contacts can end all motion relative to the material within h, and hold the ball there."""
-    ground = row_of(grounds, here.which)
+    ground = grounds[here.which]
     turn, _shift = twist_of(here, here.which)
     # In the frame of the material, which is accelerated towards its axis.
     a = m.a - wp.cross(turn, ground) / dt
     end = _settle(m.v + h * a, m.spin, here, active, here.speeds, Numbers(), grounds, ball)
     size = HELD * (wp.length(m.v - ground) + h * wp.length(a))
     rest = end.v - ground
-    n = normal_of(here, here.which)
+    n = here.normals[here.which]
     rest = rest - (here.speeds[here.which] - wp.dot(ground, n)) * n
     held = wp.length(rest) <= size and wp.length(end.presses) > wp.float64(0.0)
     if ball.mobility != wp.float64(1.0):
@@ -132,12 +131,12 @@ def sticks(m: Motion, here: Contacts, active: Numbers, grounds: Vectors, ball: C
 
 
 @wp.func
-def matching(there: Contacts, normal: wp.vec3d):
-    """Which contact has the normal most like the given one; -1 if none is like it."""
+def matching(count: int, normals: Vectors, normal: wp.vec3d):
+    """Which of `count` normals is most like the given one; -1 if none is like it."""
     found = wp.int32(-1)
     best = ALIKE
-    for j in range(there.count):
-        like = wp.dot(normal_of(there, j), normal)
+    for j in range(count):
+        like = wp.dot(normals[j], normal)
         if like > best:
             best = like
             found = j
@@ -149,7 +148,7 @@ def in_place(here: Contacts, there: Contacts, active: Numbers, lifts: Numbers, c
     """Whether all active contacts are as they must be: touching where there is a lift, else not reached into."""
     for k in range(here.count):
         if active[k] != wp.float64(0.0):
-            j = matching(there, normal_of(here, k))
+            j = matching(there.count, there.normals, here.normals[k])
             gap = wp.float64(wp.inf)
             if j >= 0:
                 gap = there.gaps[j]
@@ -166,14 +165,14 @@ def lifted(here: Contacts, there: Contacts, active: Numbers, lifts: Numbers, clo
         change = wp.float64(0.0)
         for k in range(here.count):
             if active[k] != wp.float64(0.0):
-                normal = normal_of(here, k)
-                j = matching(there, normal)
+                normal = here.normals[k]
+                j = matching(there.count, there.normals, normal)
                 value = wp.float64(0.0)
                 if j >= 0:
-                    outward = normal_of(there, j)
+                    outward = there.normals[j]
                     gap = there.gaps[j] - wp.float64(0.5) * close
                     for i in range(here.count):
-                        gap += (result[i] - lifts[i]) * wp.dot(normal_of(here, i), outward)
+                        gap += (result[i] - lifts[i]) * wp.dot(here.normals[i], outward)
                     rise = wp.max(wp.dot(normal, outward), LEAST_LIFT)
                     value = wp.max(result[k] - gap / rise, wp.float64(0.0))
                 change = wp.max(change, wp.abs(value - result[k]))
@@ -223,7 +222,7 @@ def slide_on(surface_kinds):
                 break
             lifts = lifted(here, result.there, active, result.lifts, close)
             for k in range(here.count):
-                x = x + (lifts[k] - result.lifts[k]) * normal_of(here, k)
+                x = x + (lifts[k] - result.lifts[k]) * here.normals[k]
             result.lifts = lifts
             if rub:
                 rubbed = _rub(result.v, result.spin, here, active, Numbers(), lifts / h, grounds, ball)
@@ -233,7 +232,7 @@ def slide_on(surface_kinds):
                 rub = False
         result.x = x
         for k in range(here.count):
-            result.v = result.v + (result.lifts[k] / h) * normal_of(here, k)
+            result.v = result.v + (result.lifts[k] / h) * here.normals[k]
         return result
 
     return slide
@@ -246,7 +245,7 @@ def held_on(here: Contacts, slid: Slide, ball: ContactParticle):
     close = touching(slid.x, ball.radius, ball.grain)
     for k in range(here.count):
         if slid.lifts[k] > wp.float64(0.0):
-            j = matching(slid.there, normal_of(here, k))
+            j = matching(slid.there.count, slid.there.normals, here.normals[k])
             if j >= 0 and slid.there.gaps[j] <= close:
                 active[j] = wp.float64(1.0)
     return active
@@ -260,8 +259,8 @@ def time_along(m: Motion, here: Contacts, active: Numbers, ball: ContactParticle
         h = ball.grain / speed
     for k in range(here.count):
         if active[k] == wp.float64(0.0):
-            closing = here.speeds[k] - wp.dot(m.v, normal_of(here, k))
-            if closing > slow_at(here, k, m.a, dt) and here.gaps[k] < closing * h:
+            closing = here.speeds[k] - wp.dot(m.v, here.normals[k])
+            if closing > slow_at(here.normals[k], m.a, dt) and here.gaps[k] < closing * h:
                 h = wp.max(here.gaps[k] / closing, wp.float64(1e-6) * h)
     return h
 

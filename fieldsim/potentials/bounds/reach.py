@@ -26,6 +26,18 @@ def reach(rows, kinds, level):
     return result
 
 
+def alone(rows, kinds):
+    """About how far (...,) from each primitive, beside its middle, its own field comes to 1; 0 where it does not.
+
+    rows (..., N, ROW_WIDTH), kinds (N,). A bent primitive counts as a straight one, so that this is no bound.
+    """
+    result = np.zeros(rows.shape[:-1])
+    for formula, which in registry.parts_of(kinds):
+        part = rows[..., which, :]
+        result[..., which] = np.where(part[..., STRENGTH] > 0.0, _reach(formula, part, 1.0, bent=True), 0.0)
+    return result
+
+
 def scale(rows, kinds):
     """Lengths (N,) over which elements' fields vary: a kernel's width, or where all of 1/r may come to F = 1."""
     width = rows[..., KERNEL_WIDTH]
@@ -39,7 +51,8 @@ def scale(rows, kinds):
     return np.where(result > 0.0, result, math.inf)
 
 
-def _reach(formula, rows, level):
+def _reach(formula, rows, level, *, bent=False):
+    """See `reach`; bent: take what is bent for a piece of the whole line or plane, too."""
     if formula.primitive.distance is None:
         raise InputError(
             f"a surface of {formula.kernel.__name__} on {formula.primitive.__name__} can neither be drawn nor touched; "
@@ -53,7 +66,7 @@ def _reach(formula, rows, level):
         ratio = level / (1.0 + 1e-9) / strength * np.exp(-rows[..., FOLD])
         bounds = [formula.kernel.inverse(ratio / within(formula, rows), width)]
         whole = formula.kernel.whole(dimension)
-        if primitive.straight and primitive.uniform and isinstance(whole, Whole):
+        if (primitive.straight or bent) and primitive.uniform and isinstance(whole, Whole):
             bounds.append(whole.inverse(ratio / whole.factor(width), width))
     bounds = [np.nan_to_num(bound, nan=np.inf, posinf=np.inf) for bound in bounds]
     return np.where(strength > 0.0, np.minimum.reduce(bounds), 0.0)

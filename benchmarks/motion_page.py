@@ -6,7 +6,6 @@ import pathlib
 
 import numpy as np
 
-from fieldsim.dynamics.contact.contacts import TOLERANCE
 from fieldsim.dynamics.contact.sliding import SLOW
 from fieldsim.dynamics.diagnostics.energy_log import LOST
 from fieldsim.dynamics.integrators.splittings import Splitting
@@ -94,20 +93,8 @@ that resists. Particles of several G feel each other's own, and keep sums weight
 
 ## Contact
 
-The surface is F = 1 of all bodies' surface fields. The *gap* of a ball of radius r at x is log F(x + r n), n the unit
-gradient at x: 0 at contact, negative outside. Far away, bounds of each element's reach say how far a particle may fly
-unseen; near by, its path is walked by a fraction of the surface's softness, and a change of sign is refined on the
-true gap to {gap:g}, from outside: nothing tunnels. A step in which contact is possible is taken as as many leapfrog
-steps as the method has evaluations, cut at contacts.
-
-**Bounce.** The normal velocity relative to the surface is reversed times `restitution`.
-
-**Friction.** Coulomb's: the impulse along the surface is at most `friction` times the normal one, and no more than
-ends the slip. With `rolling` the particle is a solid sphere, and slip is that of its lowest point.
-
-**Rest.** A touching particle whose normal speed is below {slow:g} g dt, g the pull along the normal, has landed: it
-slides on the surface, which pushes but never pulls (RATTLE), or, where friction can stop and hold it, sticks: it moves
-with the material, and does not move at all where that stands still.
+How particles touch surfaces, bounce, rub and rest: [contact.md](contact.md). A touching particle whose normal speed is
+below {slow:g} g dt, g the pull along the normal, has landed.
 
 **Free bodies** touch by an energy of overlap: each point spread over a surface that lies within another one, at the
 depth d (its distance to the nearest point of that surface), has the energy stiffness d^3 / 3 times its area, and is
@@ -143,7 +130,6 @@ def write(curves, runs, long):
         targets=", ".join(f"{target:g}" for target in TARGETS),
         methods="\n".join(_table(curves, runs)),
         sources="\n".join(f"- `{m.__name__}`: {_words(m)}" for m in Splitting.__subclasses__()),
-        gap=float(TOLERANCE),
         slow=float(SLOW),
     )
     (DOCS / "motion.md").write_text(text, encoding="utf-8")

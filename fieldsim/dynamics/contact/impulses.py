@@ -91,21 +91,25 @@ def settle(pressing: bool):
         ball: ContactParticle,
     ):
         rubs = Vectors()
-        for _ in range(SWEEPS):
-            change = wp.float64(0.0)
-            for k in range(contacts.count):
-                if active[k] != wp.float64(0.0):
-                    normal = contacts.normals[k]
-                    before = v
-                    if wp.static(pressing):
-                        press = wp.max(presses[k] + targets[k] - wp.dot(v, normal), wp.float64(0.0))
-                        v = v + (press - presses[k]) * normal
-                        presses[k] = press
-                    if ball.friction > wp.float64(0.0):
-                        v, spin, total = rubbed(v, spin, grounds[k], normal, ball, rubs[k], presses[k])
-                        rubs[k] = total
-                    change = wp.max(change, wp.length(v - before))
-            if change <= SETTLED * (wp.length(v) + change):
+        # First without friction, which would take for slip what presses the ball into a groove.
+        for rubbing in range(2):
+            for _ in range(SWEEPS):
+                change = wp.float64(0.0)
+                for k in range(contacts.count):
+                    if active[k] != wp.float64(0.0):
+                        normal = contacts.normals[k]
+                        before = v
+                        if wp.static(pressing):
+                            press = wp.max(presses[k] + targets[k] - wp.dot(v, normal), wp.float64(0.0))
+                            v = v + (press - presses[k]) * normal
+                            presses[k] = press
+                        if rubbing == 1:
+                            v, spin, total = rubbed(v, spin, grounds[k], normal, ball, rubs[k], presses[k])
+                            rubs[k] = total
+                        change = wp.max(change, wp.length(v - before))
+                if change <= SETTLED * (wp.length(v) + change):
+                    break
+            if ball.friction == wp.float64(0.0):
                 break
         result = Settled()
         result.v = v

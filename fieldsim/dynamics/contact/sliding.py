@@ -225,9 +225,13 @@ def slide_on(surface_kinds):
                 x = x + (lifts[k] - result.lifts[k]) * here.normals[k]
             result.lifts = lifts
             if rub:
-                rubbed = _rub(result.v, result.spin, here, active, Numbers(), lifts / h, grounds, ball)
-                x = x + h * (rubbed.v - result.v)
-                result.v = rubbed.v
+                # What the lifts take away is no slip.
+                along = result.v
+                for k in range(here.count):
+                    along = along + (lifts[k] / h) * here.normals[k]
+                rubbed = _rub(along, result.spin, here, active, Numbers(), lifts / h, grounds, ball)
+                x = x + h * (rubbed.v - along)
+                result.v = result.v + (rubbed.v - along)
                 result.spin = rubbed.spin
                 rub = False
         result.x = x

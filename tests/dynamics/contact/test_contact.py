@@ -212,8 +212,20 @@ def test_particles_inside_at_the_start_are_moved_out_with_a_warning():
     assert depth(simulation).max() < 1e-10
 
 
-def test_a_surface_that_leaps_is_warned_of():
-    world = planet(gravity=False, motion=lambda time: (500.0 * time, 0.0, 0.0))
+def test_a_surface_that_leaps_hits_what_is_in_its_way():
+    """In a step it moves by more than what lies between its places before and after."""
+    world = planet(gravity=False, motion=lambda time: (5000.0 * time, 0.0, 0.0))
+    world.add_particles([(8.0, 0, 0)], [(0, 0, 0)], radius=BALL, contact=Bounce(0.5))
+    simulation = Simulation(world, Leapfrog(1e-3), threads=1)
+    simulation.advance(0.002)
+    assert simulation.events.times[0] == pytest.approx((8.0 - 0.5 - BALL) / 5000.0, rel=1e-9)
+    np.testing.assert_allclose(simulation.velocities[0], [[7500.0, 0, 0]], rtol=1e-8)
+
+
+def test_a_surface_that_deforms_by_a_leap_is_warned_of():
+    world = World()
+    wire = Segment(lambda time: (500.0 * time, -1.0, 0.0), lambda time: (500.0 * time, 1.0, 0.0))
+    world.add_body(Body(wire, surface=Material(radius=0.1)))
     world.add_particles([(5.0, 0, 0)], [(0, 0, 0)], radius=BALL, contact=Bounce(0.5))
     simulation = Simulation(world, Leapfrog(1e-3), threads=1)
     with pytest.warns(FieldsimWarning, match="shorter dt"):

@@ -17,8 +17,9 @@ from fieldsim.portable import Indices, Portable, Table, hole, portable, real
 from fieldsim.potentials import registry
 from fieldsim.potentials.bounds.reach import alone, reach
 from fieldsim.potentials.row import ANGLE, DIRECTIONS, POSITIONS, SIZE
-from fieldsim.sources.rows import REACH
+from fieldsim.sources.rows import DEFORMS, REACH, shift_of, turn_of
 from fieldsim.sources.stages import Stages
+from fieldsim.sources.surface_velocity import screw
 
 
 def with_reach(rows, kinds, total: int):
@@ -111,21 +112,32 @@ def margins(elements, points) -> np.ndarray:
 
 @functools.cache
 def margin_at(kinds_used):
-    """Warp function (point, surfaces, stage) -> a distance to the surface that is safe from `stage` to the next."""
+    """Warp function (point, surfaces, stage, s) -> a safe distance to the surface at the fraction s of a step."""
     fixed_kinds, moving_kinds = kinds_used
     fixed = margin_of(fixed_kinds).warp(wp.float64)
     moving = margin_of(moving_kinds).warp(wp.float64)
 
     @wp.func
-    def still(p: wp.vec3d, surfaces: Stages, stage: int):
+    def still(p: wp.vec3d, surfaces: Stages, stage: int, s: wp.float64):
         return fixed(p[0], p[1], p[2], surfaces.rows, surfaces.kinds, 0, surfaces.kinds.shape[0])
 
     @wp.func
-    def both(p: wp.vec3d, surfaces: Stages, stage: int):
-        first = stage * surfaces.moving
-        two = 2 * surfaces.moving
-        near = moving(p[0], p[1], p[2], surfaces.moving_rows, surfaces.moving_kinds, first, two)
-        return wp.min(near, still(p, surfaces, stage))
+    def from_stage(p: wp.vec3d, surfaces: Stages, i: int, share: wp.float64, turn: wp.vec3d, shift: wp.vec3d):
+        """Of one row, a share of a twist after its stage."""
+        q = screw(p, -share * turn, -share * shift)
+        return moving(q[0], q[1], q[2], surfaces.moving_rows, surfaces.moving_kinds, i, 1)
+
+    @wp.func
+    def both(p: wp.vec3d, surfaces: Stages, stage: int, s: wp.float64):
+        least = still(p, surfaces, stage, s)
+        for i in range(stage * surfaces.moving, (stage + 1) * surfaces.moving):
+            turn = turn_of(surfaces.moving_rows, i)
+            shift = shift_of(surfaces.moving_rows, i)
+            least = wp.min(least, from_stage(p, surfaces, i, s, turn, shift))
+            if surfaces.moving_rows[i, DEFORMS] != wp.float64(0.0):
+                later = from_stage(p, surfaces, i + surfaces.moving, s - wp.float64(1.0), turn, shift)
+                least = wp.min(least, later)
+        return least
 
     return both if moving_kinds else still
 

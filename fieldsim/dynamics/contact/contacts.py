@@ -212,6 +212,48 @@ def _foot_of(kinds: tuple[int, ...]):
     return foot, len(feet)
 
 
+@wp.func
+def known(count: int, points: Vectors, p: wp.vec3d, within: wp.float64):
+    """Whether one of `count` points is that near to p."""
+    for k in range(count):
+        if wp.length(points[k] - p) <= within:
+            return True
+    return False
+
+
+@wp.func
+def place_for(gap: wp.float64, count: int, gaps: Numbers):
+    """Where there is place for a contact: behind the others, or instead of one with a greater gap; -1 if nowhere."""
+    if count < MOST:
+        return count
+    place = wp.int32(0)
+    for k in range(1, MOST):
+        if gaps[k] > gaps[place]:
+            place = k
+    if gap < gaps[place]:
+        return place
+    return -1
+
+
+@wp.func
+def facing(gaps: Numbers, radius: wp.float64, horizon: wp.float64):
+    """The gaps of a ball whose centre is outside, those to the far sides of bodies as if at the horizon."""
+    for k in range(MOST):
+        if gaps[k] + radius < wp.float64(0.0):
+            gaps[k] = horizon
+    return gaps
+
+
+@wp.func
+def least_of(count: int, gaps: Numbers):
+    """Which of `count` gaps is the least."""
+    which = wp.int32(0)
+    for k in range(1, count):
+        if gaps[k] < gaps[which]:
+            which = k
+    return which
+
+
 @wp.struct
 class Beginning:
     """Where a search begins: the foot, and the start beside it; near: 1 if what it finds can be near enough."""
@@ -292,10 +334,7 @@ def contacts_at(kinds_used):
             for which in range(feet):
                 beginning = begin(i, which, center, radius + horizon, surfaces, moment, later)
                 start = beginning.start
-                searching = beginning.near == 1
-                for k in range(result.count):
-                    if wp.length(result.points[k] - start) <= BASIN * grain:
-                        searching = False
+                searching = beginning.near == 1 and not known(result.count, result.points, start, BASIN * grain)
                 # Once more where the first search forked.
                 for _ in range(wp.where(searching, 2, 0)):
                     if not searching:
@@ -307,18 +346,11 @@ def contacts_at(kinds_used):
                     gap = wp.length(o) - radius
                     if wp.dot(o, near.normal) < wp.float64(0.0):
                         gap = -wp.length(o) - radius
-                    known = near.found == 0 or not gap < horizon
-                    for k in range(result.count):
-                        if wp.length(result.points[k] - near.point) <= SAME * grain:
-                            known = True
-                    place = result.count
-                    if place == MOST:
-                        place = wp.int32(0)
-                        for k in range(1, MOST):
-                            if result.gaps[k] > result.gaps[place]:
-                                place = k
-                        known = known or gap >= result.gaps[place]
-                    if not known:
+                    place = wp.int32(-1)
+                    if near.found == 1 and gap < horizon:
+                        if not known(result.count, result.points, near.point, SAME * grain):
+                            place = place_for(gap, result.count, result.gaps)
+                    if place >= 0:
                         result.count = wp.max(result.count, place + 1)
                         result.gaps[place] = gap
                         result.speeds[place] = near.speed
@@ -332,13 +364,10 @@ def contacts_at(kinds_used):
             # A centre outside sees the far side of a body through it: that is no contact.
             jet = jet_of(center, surfaces, moment, later)
             if jet.f < wp.float64(1.0):
-                for k in range(result.count):
-                    if result.gaps[k] + radius < wp.float64(0.0):
-                        result.gaps[k] = horizon
-        for k in range(result.count):
-            if result.gaps[k] < result.least:
-                result.least = result.gaps[k]
-                result.which = k
+                result.gaps = facing(result.gaps, radius, horizon)
+        if result.count > 0:
+            result.which = least_of(result.count, result.gaps)
+            result.least = result.gaps[result.which]
         return result
 
     return contacts

@@ -15,7 +15,7 @@ import warp as wp
 from fieldsim.dynamics.contact.contacts import Contacts, contacts_at, tolerance
 from fieldsim.dynamics.contact.particle_state import ContactParticle
 from fieldsim.sources.margins import margin_at, sweep_at
-from fieldsim.sources.moments import Moment
+from fieldsim.sources.moments import Moment, fraction
 from fieldsim.sources.stages import Stages
 
 # If the minimum of the interpolant is below this share of the grain, the true gap is evaluated there.
@@ -188,7 +188,7 @@ def first_contact(kinds_used):
         t = wp.float64(0.0)
         for _ in range(PIECES):
             p = position_at(m.x, m.v, m.a, t)
-            room = margin(p, surfaces, moment.stage) - ball.radius
+            room = margin(p, surfaces, moment.stage, fraction(moment, t)) - ball.radius
             if room > ball.grain:
                 t = t + room / speed
                 known = wp.int32(0)

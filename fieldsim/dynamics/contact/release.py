@@ -64,7 +64,7 @@ def release_kernel(surface_kinds):
         moment = Moment()
         moment.dt = wp.float64(1.0)
         inside[i] = 0
-        if makes_events(ball.law) and margin(x, surfaces, 0) < ball.radius:
+        if makes_events(ball.law) and margin(x, surfaces, 0, wp.float64(0.0)) < ball.radius:
             close = touching(x, ball.radius, ball.grain)
             here = contacts_of(x, ball.radius, close, ball.grain, surfaces, moment, wp.float64(0.0))
             if here.least < -close:

@@ -291,7 +291,7 @@ def contact_kernel(gravity_kinds, surface_kinds, gradients: bool):
                 travel = travel + sweep(surfaces, step * parts + k)
             room = room - travel
             if room < wp.float64(0.0) and makes_events(ball.law):
-                room = margin(p.x, surfaces, step * parts) - ball.radius - travel
+                room = margin(p.x, surfaces, step * parts, wp.float64(0.0)) - ball.radius - travel
             if room < wp.float64(0.0):
                 m.x = p.x
                 m.v = p.v

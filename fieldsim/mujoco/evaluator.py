@@ -5,9 +5,10 @@ import numpy as np
 
 from fieldsim.mujoco.callback import memory
 from fieldsim.mujoco.callback.generalised_forces import actor
-from fieldsim.mujoco.callback.tables import Plan, SourceTable
+from fieldsim.mujoco.callback.rows import FOUND_WIDTH
+from fieldsim.mujoco.callback.tables import Plan, Room, SourceTable, room_shapes
 
-NOTHING = np.empty((0, 8))
+NOTHING = np.empty((0, FOUND_WIDTH))
 NO_HEAD = np.empty((0, 3), dtype=np.int64)
 
 
@@ -36,8 +37,7 @@ class Evaluator:
     def take(self, model: mujoco.MjModel, plan: Plan) -> None:
         """Have a plan, and room to work in."""
         self.plan, self._sizes = plan, (model.nbody, model.nv)
-        self._turns = [np.empty((len(table.arrays.groups), 9)) for table in (self.gravity, self.surface)]
-        self._subtree_wrench = np.empty((model.nbody, 6))
+        self._room = Room(*map(np.empty, room_shapes(plan, *self._sizes)))
         self.head = memory.head_of(plan) if self._function else NO_HEAD
 
     def add(self, model: int, data: int, found: np.ndarray = NOTHING, plan: Plan | None = None) -> None:
@@ -50,7 +50,7 @@ class Evaluator:
             self._locked(head.ctypes.data, model, data, found.ctypes.data if len(found) else 0)
         else:
             views = memory.views_at(model, data, *self._sizes)
-            self._act(plan or self.plan, views, *self._turns, self._subtree_wrench, found)
+            self._act(plan or self.plan, views, self._room, found)
 
     def spoil(self, model: int, data: int) -> None:
         """Let the state at an address blow up."""

@@ -19,6 +19,7 @@ from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.mujoco import checks, notices, sensors
 from fieldsim.mujoco.callback import entries, layout, memory, ownership
 from fieldsim.mujoco.callback.field_callbacks import LENGTHS
+from fieldsim.mujoco.callback.rows import CONTACT_ENERGY, FIELD_ENERGY, FOUND_WIDTH
 from fieldsim.mujoco.callback.tables import SourcesLike, SourceTable, given_sources, sources_of
 from fieldsim.mujoco.contact.geoms import Contact, warn_of_untouched
 from fieldsim.mujoco.energy import ModelEnergy, copy_state, own_energies, subtree_wrenches
@@ -27,7 +28,6 @@ from fieldsim.mujoco.planning import at_centers, plan_of
 from fieldsim.mujoco.watch import Watch
 from fieldsim.potentials.field import Field
 from fieldsim.types import ArrayLike, RealLike, WholeLike
-from fieldsim.world.body import Body
 from fieldsim.world.world import World
 
 # Names or numbers of bodies: one or several.
@@ -185,14 +185,7 @@ class FieldForces(Uncopied):
 
     def _planned(self):
         tables = self._gravity, self._surface
-        return plan_of(
-            self.model, self.bodies, self.accuracy, self.contact, self._materials, *tables, weighing=self._weighing
-        )
-
-    @property
-    def _materials(self):
-        time = self.data.time
-        return [s.surface.at(time) for s in self.sources if isinstance(s, Body) and s.surface is not None]
+        return plan_of(self.model, self.bodies, self.accuracy, self.contact, *tables, weighing=self._weighing)
 
     # As a context
 
@@ -204,8 +197,12 @@ class FieldForces(Uncopied):
         checks.timestep(model, backwards=self.contact is None)
         checks.gravity(model, self.keep_gravity)
         self.refresh()
-        checks.finite(model, self.bodies, np.hstack([self._surveyed(self.data), self._at_centers()]))
+        found = self._surveyed(self.data)
+        checks.finite(model, self.bodies, np.hstack([found, self._at_centers()]))
         self._warn_of_long_steps()
+        inside = notices.start_inside(model, self._evaluator.plan, found, self.contact)
+        if inside:
+            warnings.warn(f"FieldForces: {inside}", FieldsimWarning, stacklevel=2)
         try:
             ownership.begin(self)
             if self.keep_gravity is False:
@@ -291,14 +288,14 @@ class FieldForces(Uncopied):
     # Questions
 
     def _surveyed(self, data, plan=None):
-        """Forces, torques, energies of field and contact, (n, 8), at the state of `data`; brings the scratch there."""
+        """What is found of the bodies, (n, FOUND_WIDTH), at the state of `data`; brings the scratch there."""
         with self._lock:
             self.refresh()
             model = data.model
             self._refuse_unlike(model)
             self._scratch = _of_model(model, self._scratch)
             copy_state(model, data, self._scratch)
-            found = np.full((len(self.bodies), 8), np.nan)
+            found = np.full((len(self.bodies), FOUND_WIDTH), np.nan)
             self._evaluator.add(model._address, self._scratch._address, found, plan)
             return found
 
@@ -320,7 +317,7 @@ class FieldForces(Uncopied):
 
     def potential_energy(self, data: mujoco.MjData | None = None) -> float:
         """Potential energy of the bodies in the fields and their contacts, now."""
-        return float(self._surveyed(self._own(data))[:, 6:].sum())
+        return float(self._surveyed(self._own(data))[:, [FIELD_ENERGY, CONTACT_ENERGY]].sum())
 
     def energy(self, data: mujoco.MjData | None = None) -> ModelEnergy:
         """All energies now."""
@@ -328,7 +325,7 @@ class FieldForces(Uncopied):
         with self._lock:
             found = self._surveyed(data)
             kinetic, own = own_energies(data.model, self._scratch)
-        return ModelEnergy(data.time, kinetic, own, float(found[:, 6].sum()), float(found[:, 7].sum()))
+        return ModelEnergy(data.time, kinetic, own, *found[:, [FIELD_ENERGY, CONTACT_ENERGY]].sum(axis=0).tolist())
 
     def readings(self, data: mujoco.MjData | None = None) -> np.ndarray:
         """What the model's sensors read (nsensordata,) now, with the field as gravity, as `mujoco.mj_forward` would.

@@ -1,14 +1,14 @@
-"""From a MuJoCo model to the plan of its callback: who feels the fields, at which points, with which contact balls."""
+"""From a MuJoCo model to the plan of its callback: who feels the fields, at which points, with which contact geoms."""
 
 import mujoco
 import numpy as np
 
 from fieldsim.mujoco import checks
+from fieldsim.mujoco.callback.rows import COMPENSATED, DAMPING, FRICTION, HEAVIEST, LAW, LIGHTEST, WEIGHT
 from fieldsim.mujoco.callback.tables import Plan, SourceTable
-from fieldsim.mujoco.contact.geoms import Contact, body_balls, slope_of
-from fieldsim.mujoco.contact.rows import BALL, CENTER, RADIUS
+from fieldsim.mujoco.contact.geoms import Contact, body_geoms, contacts_at_most, joined
+from fieldsim.mujoco.contact.rows import BOUND, ORIGIN
 from fieldsim.mujoco.points import SIX, geom_points
-from fieldsim.world.material import Material
 
 
 def plan_of(
@@ -16,20 +16,24 @@ def plan_of(
     bodies: np.ndarray,
     accuracy: str,
     contact: Contact | None,
-    materials: list[Material],
     gravity: SourceTable,
     surface: SourceTable,
     *,
     weighing: bool,
 ) -> Plan:
-    """The plan for `bodies` (n,) of a model.
-
-    materials: of the sources' surfaces now; weighing: whether gravcomp is left out of account.
-    """
-    points, balls, law = _mass_points(model, bodies, accuracy), _balls(model, bodies, contact, materials), np.zeros(4)
+    """The plan for `bodies` (n,) of a model; weighing: whether gravcomp is left out of account."""
+    points, touching, law = (
+        _mass_points(model, bodies, accuracy),
+        _touching(model, bodies, contact),
+        np.zeros(LAW.width),
+    )
     if contact:
-        law[:3] = slope_of(materials), contact.damping, contact.friction
-    law[3] = not weighing
+        law[[DAMPING, FRICTION]] = contact.damping, contact.friction
+        weights = surface.arrays.rows[:, WEIGHT]
+        law[[LIGHTEST, HEAVIEST]] = weights.min(), weights.max()
+    law[COMPENSATED] = not weighing
+    geoms, samples, faces = joined(touching)
+    most = contacts_at_most(geoms)
     places = np.full(model.nbody, -1, dtype=np.int64)
     places[bodies] = np.arange(len(bodies))
     return Plan(
@@ -40,10 +44,14 @@ def plan_of(
         np.cumsum([0, *model.body_dofnum], dtype=np.int64),
         _firsts(points),
         np.concatenate([np.zeros((0, 4)), *points]),
-        _firsts(balls),
-        np.concatenate([np.zeros((0, BALL.width)), *balls]),
-        np.array([_reach(rows) for rows in balls]),
+        _firsts([part.geoms for part in touching]),
+        geoms,
+        samples,
+        faces,
+        np.array([_reach(part.geoms) for part in touching]),
         law,
+        _alone(model),
+        np.array([1 + most.sum(), most.max(initial=0)]),
         gravity.arrays,
         surface.arrays,
     )
@@ -65,21 +73,27 @@ def _mass_points(model, bodies, accuracy):
     return [np.zeros((0, 4))] * len(bodies)
 
 
-def _balls(model, bodies, contact, materials):
-    """Contact balls (m, BALL.width) of each body; none of those that cannot move."""
+def _touching(model, bodies, contact):
+    """Tables of contact of each body; empty ones of those that cannot move."""
     if not contact:
-        return [np.zeros((0, BALL.width))] * len(bodies)
-    radius = min(material.radius for material in materials)
+        return [joined([])] * len(bodies)
     moves = checks.last_dofs(model)[bodies] >= 0
-    return [
-        body_balls(model, body, contact, radius) if free else np.zeros((0, BALL.width))
-        for body, free in zip(bodies, moves, strict=True)
-    ]
+    return [body_geoms(model, body, contact) if free else joined([]) for body, free in zip(bodies, moves, strict=True)]
 
 
-def _reach(balls):
-    """How far balls (n, BALL.width) reach from the centre of mass; -inf of none."""
-    return np.max(np.linalg.norm(balls[:, CENTER], axis=1) + balls[:, RADIUS], initial=-np.inf)
+def _reach(geoms):
+    """How far rows of `geoms` reach from the centre of mass; -inf of none."""
+    return np.max(np.linalg.norm(geoms[:, ORIGIN], axis=1) + geoms[:, BOUND], initial=-np.inf)
+
+
+def _alone(model):
+    """Which bodies move freely, without any other that is joined to them or inertia of the joint, (nbody,)."""
+    free = np.zeros(model.nbody, dtype=np.int64)
+    parents = set(model.body_parentid[1:].tolist())
+    for joint in np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_FREE).tolist():
+        body, first = int(model.jnt_bodyid[joint]), model.jnt_dofadr[joint]
+        free[body] = body not in parents and not model.dof_armature[first : first + 6].any()
+    return free
 
 
 def _firsts(parts):

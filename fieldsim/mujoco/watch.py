@@ -9,7 +9,7 @@ from fieldsim.mujoco.callback.rows import OWN, WATCHED_WIDTH
 
 MASSES = ("body_mass", "body_inertia")
 SHAPES = ("body_ipos", "body_iquat", "geom_type", "geom_size", "geom_pos", "geom_quat", "geom_dataid")
-TOUCHING = ("geom_contype", "geom_conaffinity")
+TOUCHING = ("geom_contype", "geom_conaffinity", "flex_contype", "flex_conaffinity", "flex_radius", "flex_vert")
 # Too long to be compared at every stage of a step.
 LONG = ("mesh_vert",)
 

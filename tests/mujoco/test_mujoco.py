@@ -256,6 +256,7 @@ def test_masses_are_seen_live(box):
 TOUCHING = '<body pos="1.28 0 0"><freejoint/><geom type="ellipsoid" size="0.08 0.06 0.05" euler="20 30 40"/></body>'
 
 
+@pytest.mark.filterwarnings("ignore:FieldForces. .* deep in a surface:fieldsim.FieldsimWarning")
 @pytest.mark.parametrize("accuracy", ["torque", "points"])
 def test_python_gives_the_same(accuracy):
     model = model_of(BOX.replace("2 0.3 0.4", "1.1 0.1 0.42") + TOUCHING, timestep=0.001)

@@ -8,6 +8,8 @@ from mujoco_models import PLANET, SURFACE, model_of, passive
 import fieldsim as fs
 from fieldsim.mujoco.forces import FIXED
 
+# Bodies start in the surface on purpose, so that contact is felt at once.
+pytestmark = pytest.mark.filterwarnings("ignore:FieldForces. .* deep in a surface:fieldsim.FieldsimWarning")
 LAW = fs.mujoco.Contact(1.0, depth=0.3, damping=0.2, friction=0.4)
 # A box and a ball in the ring's surface, a bead that has no mass yet, on an arm that has.
 BODIES = """
@@ -248,12 +250,12 @@ def test_what_surfaces_do_not_touch_is_named():
     mjcf = BODIES.replace(
         '<geom size=".03" mass="0" contype="0" conaffinity="0"/>', '<geom name="hull" size=".03" mass="0"/>'
     ) + (
-        '<flexcomp name="cloth" type="grid" count="3 3 1" spacing=".2 .2 .2" pos="5 0 0" dim="2" mass="1" radius=".02">'
-        '<edge equality="true"/></flexcomp><body mocap="true"><geom size=".1"/></body>'
+        '<flexcomp name="jelly" type="grid" count="3 3 3" spacing=".2 .2 .2" pos="5 0 0" dim="3" mass="1" radius=".02" '
+        'dof="trilinear"><elasticity young="1e3"/></flexcomp><body mocap="true"><geom size=".1"/></body>'
     )
     model = model_of(mjcf)
     data = mujoco.MjData(model)
-    with pytest.warns(fs.FieldsimWarning, match=r"do not touch geom 'hull' \(its body has no mass\), flex 'cloth'; "):
+    with pytest.warns(fs.FieldsimWarning, match=r"do not touch geom 'hull' \(its body has no mass\), flex 'jelly'; "):
         fs.mujoco.FieldForces(model, data, SURFACE, contact=LAW, native=False)
     fs.mujoco.FieldForces(model, data, SURFACE, native=False)
     fs.mujoco.FieldForces(model, data, SURFACE, contact=LAW, bodies=["box", "ball"], native=False)

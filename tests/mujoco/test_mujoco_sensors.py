@@ -140,6 +140,7 @@ def test_free_fall_and_holding_in_a_planets_field():
         np.testing.assert_allclose(forces.readings()[:6], (0, 0, here, 0, 0, 1.0), atol=2e-6)
 
 
+@pytest.mark.filterwarnings("ignore:FieldForces. .* deep in a surface:fieldsim.FieldsimWarning")
 def test_what_a_surface_pushes_is_a_push():
     """Held against a surface, an accelerometer feels nothing of it, and what holds the body does."""
     law = fs.mujoco.Contact(speed=0.1, depth=0.3)

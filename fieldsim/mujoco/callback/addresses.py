@@ -2,11 +2,16 @@
 
 import ctypes
 import functools
+import glob
+import os
 
+import mujoco
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
+
+from fieldsim.errors import FieldsimError
 
 
 def _pointer(dtype):
@@ -38,6 +43,18 @@ def call(typing_context, function, one, two, three, four):
         return builder.call(builder.inttoptr(arguments[0], kind.as_pointer()), arguments[1:])
 
     return types.intp(*[types.intp] * 5), generate
+
+
+@intrinsic
+def call_five(typing_context, function, one, two, three, four, five):
+    """`call` for five words."""
+
+    def generate(context, builder, signature, arguments):
+        word = context.get_value_type(types.intp)
+        kind = ir.FunctionType(word, [word] * 5)
+        return builder.call(builder.inttoptr(arguments[0], kind.as_pointer()), arguments[1:])
+
+    return types.intp(*[types.intp] * 6), generate
 
 
 @intrinsic
@@ -113,12 +130,21 @@ def call_sum(length: int):
     return invoke
 
 
-# Functions of Python
+# Functions of Python and of MuJoCo
 
 
 def address_of(function) -> int:
     """The address of a ctypes function."""
     return ctypes.cast(function, ctypes.c_void_p).value or 0
+
+
+def library():
+    """MuJoCo's library, which is loaded already; raises FieldsimError where it is not beside its package."""
+    names = ("libmujoco.so*", "libmujoco*.dylib", "mujoco.dll")
+    found = [path for folder in mujoco.__path__ for name in names for path in glob.glob(os.path.join(folder, name))]
+    if not found:
+        raise FieldsimError(f"fieldsim finds no library of MuJoCo in {list(mujoco.__path__)}; install mujoco with pip")
+    return ctypes.CDLL(found[0])
 
 
 def python_function(name: str) -> int:

@@ -1,18 +1,27 @@
 """Fields of packed elements behind one address each, so that the code that uses them is compiled once for all fields.
 
-A *sum* of a `Source` (its `field`, `jet` or `margin`) is the address of a C function in native code, and a portable
-function in Python. `caller(name, native)` calls it either way.
+A *sum* of a `Source` (its `field`, `jet`, `margin`, `weight` or `foot`) is the address of a C function in native code,
+and a portable function in Python. `caller(name, native)` calls it either way.
 """
 
 import functools
 
 from fieldsim import launch
+from fieldsim.mujoco.callback.feet import foot_of, weight_of
 from fieldsim.potentials import registry
 from fieldsim.sources.margins import margin_of
 
-# How many numbers each gives: F and its gradient; also the Hessian; the distance within which no surface can be.
-LENGTHS = {"field": 4, "jet": 10, "margin": 1}
-_PORTABLE = {"field": registry.field_sum, "jet": registry.jet_sum, "margin": margin_of}
+# How many numbers each gives: F and its gradient; also the Hessian; the distance within which no surface can be; a sum
+# of weighted fields and its gradient; that foot of a point on the element `first` which has the number `count`, and its
+# margin.
+LENGTHS = {"field": 4, "jet": 10, "margin": 1, "weight": 4, "foot": 4}
+_PORTABLE = {
+    "field": registry.field_sum,
+    "jet": registry.jet_sum,
+    "margin": margin_of,
+    "weight": weight_of,
+    "foot": foot_of,
+}
 
 
 def sum_of(name: str, kinds_used, native: bool):
@@ -49,9 +58,9 @@ def _compiled(name, kinds_used):
 
     @numba.cfunc(types.void(real, real, real, word, word, word, word, word, word))
     def function(x, y, z, rows, width, kinds, first, count, out):
-        table = numba.carray(doubles(rows), (first + count, width))
+        table = numba.carray(doubles(rows), (first + count + 1, width))
         result = numba.carray(doubles(out), (length,))
-        found = total(x, y, z, table, numba.carray(halves(kinds), (first + count,)), first, count)
+        found = total(x, y, z, table, numba.carray(halves(kinds), (first + count + 1,)), first, count)
         for i, number in enumerate(found):
             result[i] = number
 
@@ -76,7 +85,7 @@ def caller(name: str, native: bool):
 
     @numba.njit
     def call_native(x, y, z, source, first, count):
-        address = (source.field, source.jet, source.margin)[place]
+        address = (source.field, source.jet, source.margin, source.weight, source.foot)[place]
         rows, kinds = source.rows, source.kinds
         return invoke(address, x, y, z, rows.ctypes.data, rows.shape[1], kinds.ctypes.data, first, count)
 

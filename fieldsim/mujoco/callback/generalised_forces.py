@@ -1,65 +1,71 @@
-"""One evaluation of the callback: the wrench on every body, and what it does to the degrees of freedom.
-
-`turns` (G, 9), of gravity's and of the surfaces' groups, is scratch.
-"""
+"""One evaluation of the callback: the wrench on every body, and what it does to the degrees of freedom."""
 
 import functools
 
 from fieldsim.mujoco.callback.evaluate import maker, turning, vectors
+from fieldsim.mujoco.callback.rows import FIELD_ENERGY, FORCE_X, TORQUE_X
 from fieldsim.mujoco.callback.wrenches import pull_at_center, pull_on_points
+from fieldsim.mujoco.contact.losses import losses
 from fieldsim.mujoco.contact.potential import touch
+from fieldsim.mujoco.contact.rows import BODY
 
 
 @functools.cache
-def wrench_on(accuracy: str, contact: bool, native: bool):
-    """Function (k, plan, views, turns of gravity, of surfaces) -> force, torque, energies of field and contact."""
-    pull = pull_at_center(native) if accuracy == "torque" else pull_on_points(native, accuracy == "points")
-    push = touch(native)
+def _pushing(native: bool):
+    """Function (plan, views, room): fill room.pushes with what contacts do to every body."""
+    push, lose = touch(native), losses(native)
+    fill = turning(native)
 
     @maker(native)
-    def gravity_alone(k, plan, views, gravity_turns, surface_turns):
-        force, torque, u = pull(k, plan, views, gravity_turns)
-        return force, torque, u, 0.0
+    def pushes(plan, views, room):
+        fill(plan.surface, views.time, room.surface_turns)
+        room.hits[0, BODY] = 0
+        for k in range(plan.bodies.shape[0]):
+            push(k, plan, views, room.surface_turns, room)
+        lose(plan, views, room.surface_turns, room)
 
-    @maker(native)
-    def both(k, plan, views, gravity_turns, surface_turns):
-        f, t, u = pull(k, plan, views, gravity_turns)
-        fc, tc, uc = push(k, plan, views, surface_turns)
-        return (f[0] + fc[0], f[1] + fc[1], f[2] + fc[2]), (t[0] + tc[0], t[1] + tc[1], t[2] + tc[2]), u, uc
-
-    return both if contact else gravity_alone
+    return pushes
 
 
 @functools.cache
 def actor(accuracy: str, contact: bool, native: bool):
-    """Function (plan, views, turns, turns, subtree_wrench, found): add generalised forces to views.qfrc_passive.
+    """Function (plan, views, room, found): add generalised forces to views.qfrc_passive.
 
-    subtree_wrench (nbody, 6): scratch; torque and force on each body's subtree. found (n, 8) or (0, 8): where forces,
-    torques and energies of field and contact of every body are left, if anywhere.
+    room: a `Room`. found (n, FOUND_WIDTH) or (0, FOUND_WIDTH): where forces, torques and energies of field and contact
+    of every body are left, if anywhere.
     """
-    wrench = wrench_on(accuracy, contact, native)
+    pull = pull_at_center(native) if accuracy == "torque" else pull_on_points(native, accuracy == "points")
     fill = turning(native)
+    push = _pushing(native)
     dot, cross, _ = vectors(native)
 
     @maker(native)
-    def felt(k, plan, views, gravity_turns, surface_turns, found):
+    def felt(k, plan, views, room, found):
         """Torque and force on one body, about the centre of mass of its whole tree, as MuJoCo's motion axes are."""
-        force, torque, u, u_contact = wrench(k, plan, views, gravity_turns, surface_turns)
+        force, torque, u = pull(k, plan, views, room.gravity_turns)
+        pushes = room.pushes
+        force = force[0] + pushes[k, FORCE_X], force[1] + pushes[k, FORCE_X + 1], force[2] + pushes[k, FORCE_X + 2]
+        torque = (
+            torque[0] + pushes[k, TORQUE_X],
+            torque[1] + pushes[k, TORQUE_X + 1],
+            torque[2] + pushes[k, TORQUE_X + 2],
+        )
         if found.shape[0] > 0:
+            for i in range(found.shape[1]):
+                found[k, i] = pushes[k, i]
             for i in range(3):
-                found[k, i] = force[i]
-                found[k, 3 + i] = torque[i]
-            found[k, 6] = u
-            found[k, 7] = u_contact
+                found[k, FORCE_X + i] = force[i]
+                found[k, TORQUE_X + i] = torque[i]
+            found[k, FIELD_ENERGY] = u
         b = plan.bodies[k]
         x, origin, r = views.xipos, views.subtree_com, plan.roots[b]
         tx, ty, tz = cross((x[b, 0] - origin[r, 0], x[b, 1] - origin[r, 1], x[b, 2] - origin[r, 2]), force)
         return torque[0] + tx, torque[1] + ty, torque[2] + tz, force[0], force[1], force[2]
 
     @maker(native)
-    def act(plan, views, gravity_turns, surface_turns, subtree_wrench, found):
-        fill(plan.gravity, views.time, gravity_turns)
-        fill(plan.surface, views.time, surface_turns)
+    def add(plan, views, room, found):
+        fill(plan.gravity, views.time, room.gravity_turns)
+        subtree_wrench = room.subtree_wrench
         subtree_wrench[:] = 0.0
         c = views.cdof
         # From the leaves to the roots: a body's joints carry the wrench on its subtree.
@@ -67,7 +73,7 @@ def actor(accuracy: str, contact: bool, native: bool):
             tx, ty, tz = subtree_wrench[b, 0], subtree_wrench[b, 1], subtree_wrench[b, 2]
             fx, fy, fz = subtree_wrench[b, 3], subtree_wrench[b, 4], subtree_wrench[b, 5]
             if plan.places[b] >= 0:
-                own = felt(plan.places[b], plan, views, gravity_turns, surface_turns, found)
+                own = felt(plan.places[b], plan, views, room, found)
                 tx, ty, tz = tx + own[0], ty + own[1], tz + own[2]
                 fx, fy, fz = fx + own[3], fy + own[4], fz + own[5]
             for i in range(plan.first_dof[b], plan.first_dof[b + 1]):
@@ -78,4 +84,17 @@ def actor(accuracy: str, contact: bool, native: bool):
                 for i, one in enumerate((tx, ty, tz, fx, fy, fz)):
                     subtree_wrench[parent, i] += one
 
-    return act
+    @maker(native)
+    def add_alone(plan, views, room, found):
+        room.pushes[:] = 0.0
+        add(plan, views, room, found)
+
+    if not contact:
+        return add_alone
+
+    @maker(native)
+    def add_both(plan, views, room, found):
+        push(plan, views, room)
+        add(plan, views, room, found)
+
+    return add_both

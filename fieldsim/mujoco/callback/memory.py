@@ -1,7 +1,7 @@
 """Arrays of plans and of MuJoCo's structs, found by native code at the addresses it is handed.
 
 A plan's arrays are listed in a *head*: one row (address, length, length of a row) per array, in the order of `Plan`;
-those of a source are followed by a row with the addresses of its sums.
+those of a source are followed by two rows with the addresses of its sums.
 """
 
 import ctypes
@@ -15,7 +15,9 @@ from fieldsim import launch
 from fieldsim.mujoco.callback import layout
 from fieldsim.mujoco.callback.addresses import allocate, doubles, halves, release, words
 from fieldsim.mujoco.callback.generalised_forces import actor
-from fieldsim.mujoco.callback.tables import Plan, Source, Views
+from fieldsim.mujoco.callback.rows import FOUND_WIDTH
+from fieldsim.mujoco.callback.tables import Plan, Room, Source, Views
+from fieldsim.mujoco.contact.rows import CONTACT, HIT
 
 PLACES = layout.offsets()
 _TIME, _XIPOS, _XIMAT, _SUBTREE_COM, _CDOF, _CVEL, _QFRC_PASSIVE = (PLACES[name] for name in layout.FIELDS)
@@ -54,12 +56,21 @@ def _kinds(head, i):
 @numba.njit
 def _source(head, i):
     sums = head[i + 4]
+    more = head[i + 5]
     return Source(
-        _table(head, i), _kinds(head, i + 1), _numbers(head, i + 2), _table(head, i + 3), sums[0], sums[1], sums[2]
+        _table(head, i),
+        _kinds(head, i + 1),
+        _numbers(head, i + 2),
+        _table(head, i + 3),
+        sums[0],
+        sums[1],
+        sums[2],
+        more[0],
+        more[1],
     )
 
 
-HEAD = 21
+HEAD = 27
 
 
 @numba.njit
@@ -76,10 +87,14 @@ def plan_at(address):
         _table(head, 6),
         _indices(head, 7),
         _table(head, 8),
-        _column(head, 9),
-        _column(head, 10),
-        _source(head, 11),
-        _source(head, 16),
+        _table(head, 9),
+        _table(head, 10),
+        _column(head, 11),
+        _column(head, 12),
+        _indices(head, 13),
+        _indices(head, 14),
+        _source(head, 15),
+        _source(head, 21),
     )
 
 
@@ -116,6 +131,8 @@ def views_of(model, data, bodies, dofs):
         _array(model, _INERTIA, (bodies, 3)),
         _array(model, _GRAVCOMP, (bodies,)),
         double(model + _TIMESTEP),
+        model,
+        data,
     )
 
 
@@ -137,6 +154,8 @@ def views_at(model: int, data: int, bodies: int, dofs: int) -> Views:
         array(model + _INERTIA, bodies, 3),
         array(model + _GRAVCOMP, bodies),
         ctypes.c_double.from_address(model + _TIMESTEP).value,
+        model,
+        data,
     )
 
 
@@ -147,7 +166,7 @@ def head_of(plan: Plan) -> np.ndarray:
     """The head (HEAD, 3) of a plan, which keeps the arrays alive."""
     rows = [_row(array) for array in plan[:-2]]
     for source in (plan.gravity, plan.surface):
-        rows += [*map(_row, source[:4]), source[4:]]
+        rows += [*map(_row, source[:4]), source[4:7], (*source[7:], 0)]
     return np.array(rows, dtype=np.int64)
 
 
@@ -158,21 +177,38 @@ def _row(array):
 @functools.cache
 @launch.loading()
 def acting(accuracy: str, contact: bool):
-    """C function (addresses of a head, an mjModel, an mjData, and room for what is found or 0); see `actor`."""
+    """C function (addresses of a head, an mjModel, an mjData, and of a place for what is found, or 0); see `actor`."""
     act = actor(accuracy, contact, True)
+    hit_width, contact_width = HIT.width, CONTACT.width
+
+    @numba.njit
+    def rows_of(work, count, width):
+        """The next rows of the memory at an address, and where those after them begin."""
+        return numba.carray(doubles(work), (count, width)), work + 8 * count * width
+
+    @numba.njit
+    def room_in(work, plan, bodies, dofs):
+        """A `Room` in the memory at an address, and where it ends."""
+        gravity_turns, work = rows_of(work, plan.gravity.groups.shape[0], 9)
+        surface_turns, work = rows_of(work, plan.surface.groups.shape[0], 9)
+        subtree_wrench, work = rows_of(work, bodies, 6)
+        pushes, work = rows_of(work, plan.bodies.shape[0], FOUND_WIDTH)
+        hits, work = rows_of(work, plan.most[0], hit_width)
+        contacts, work = rows_of(work, plan.most[1], contact_width)
+        loads = numba.carray(doubles(work), (bodies,))
+        efforts = numba.carray(doubles(work + 8 * bodies), (dofs,))
+        answers = numba.carray(doubles(work + 8 * (bodies + dofs)), (dofs,))
+        room = Room(gravity_turns, surface_turns, subtree_wrench, pushes, hits, contacts, loads, efforts, answers)
+        return room, work + 8 * (bodies + 2 * dofs)
 
     @numba.cfunc(types.void(types.intp, types.intp, types.intp, types.intp))
-    def function(head, model, data, room):
+    def function(head, model, data, place):
         plan = plan_at(head)
-        found = numba.carray(doubles(room), (plan.bodies.shape[0] if room else 0, 8))
+        found = numba.carray(doubles(place), (plan.bodies.shape[0] if place else 0, FOUND_WIDTH))
         bodies, dofs = plan.places.shape[0], plan.first_dof[-1]
-        turning, touching = plan.gravity.groups.shape[0], plan.surface.groups.shape[0]
         # Arrays of numba's own would cost more than a body's force: they are counted and found again one by one.
-        work = allocate(8 * (9 * (turning + touching) + 6 * bodies))
-        gravity_turns = numba.carray(doubles(work), (turning, 9))
-        surface_turns = numba.carray(doubles(work + 72 * turning), (touching, 9))
-        subtree_wrench = numba.carray(doubles(work + 72 * (turning + touching)), (bodies, 6))
-        act(plan, views_of(model, data, bodies, dofs), gravity_turns, surface_turns, subtree_wrench, found)
+        work = allocate(room_in(0, plan, bodies, dofs)[1])
+        act(plan, views_of(model, data, bodies, dofs), room_in(work, plan, bodies, dofs)[0], found)
         release(work)
 
     return function

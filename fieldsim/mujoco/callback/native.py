@@ -2,17 +2,21 @@
 
 import ctypes
 import functools
-import glob
-import os
 
-import mujoco
 import numba
 import numpy as np
 from numba import types
 
 from fieldsim import launch
-from fieldsim.errors import FieldsimError
-from fieldsim.mujoco.callback.addresses import THREAD_STATE, address_of, call, count, python_function, words
+from fieldsim.mujoco.callback.addresses import (
+    THREAD_STATE,
+    address_of,
+    call,
+    count,
+    library,
+    python_function,
+    words,
+)
 from fieldsim.mujoco.callback.entries import (
     BUSY,
     ENTRY,
@@ -38,15 +42,6 @@ _TIME, _SIGNATURE = PLACES["time"], PLACES["signature"]
 POINTER = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)
 # MuJoCo's binding raises the exception that is set, and this only where there is none.
 _FAILED = np.frombuffer(b"fieldsim: the field failed\0", dtype=np.uint8)
-
-
-def library():
-    """MuJoCo's library, which is loaded already; raises FieldsimError where it is not beside its package."""
-    names = ("libmujoco.so*", "libmujoco*.dylib", "mujoco.dll")
-    found = [path for folder in mujoco.__path__ for name in names for path in glob.glob(os.path.join(folder, name))]
-    if not found:
-        raise FieldsimError(f"fieldsim finds no library of MuJoCo in {list(mujoco.__path__)}; install mujoco with pip")
-    return ctypes.CDLL(found[0])
 
 
 def _asking(function):

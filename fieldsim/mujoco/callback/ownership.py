@@ -16,6 +16,7 @@ import numpy as np
 
 from fieldsim.errors import InputError
 from fieldsim.mujoco.callback import entries, native
+from fieldsim.mujoco.callback.addresses import library
 
 
 class Acting(Protocol):
@@ -128,7 +129,7 @@ def _forget():
 @functools.cache
 def _pointer():
     """MuJoCo's own variable."""
-    return ctypes.c_void_p.in_dll(native.library(), "mjcb_passive")
+    return ctypes.c_void_p.in_dll(library(), "mjcb_passive")
 
 
 def _asks_python(callback):

@@ -1,4 +1,4 @@
-"""Rows of the tables `groups` and `motions`, elements that move together, and how; and of the numbers watched.
+"""Rows of the callback's tables: `groups` and `motions`, elements that move together, and how; laws, what is found.
 
 Of `groups`, integers:
 
@@ -19,6 +19,37 @@ Of `motions`:
 | 8-10 | TURN | angular velocity |
 | 11-13 | SHIFT | velocity of what is at the world's origin |
 
+Of rows of surfaces, after the columns of elements (see `potentials.row`):
+
+| columns | names | content |
+|---|---|---|
+| 35 | REACH | as in `sources.rows`, for all who ask for margins |
+| 36 | RADIUS | of its body's surface |
+| 37 | WEIGHT | 1 / RADIUS^3 |
+| 38 | FEET | how many feet its primitive has |
+
+Of `law`:
+
+| columns | names | content |
+|---|---|---|
+| 0 | LIGHTEST | the least WEIGHT of all elements |
+| 1 | HEAVIEST | the greatest |
+| 2 | DAMPING | of contacts |
+| 3 | FRICTION | of contacts |
+| 4 | COMPENSATED | whether gravcomp counts |
+
+Of what is `found` of a body:
+
+| columns | names | content |
+|---|---|---|
+| 0-2 | FORCE | of fields and contacts |
+| 3-5 | TORQUE | about its centre of mass |
+| 6 | FIELD_ENERGY | in the fields |
+| 7 | CONTACT_ENERGY | of its contacts |
+| 8 | DEEPEST | GEOM of the geom whose contact is the deepest for its size; meaningless without one |
+| 9 | DEEP | how deep it is |
+| 10 | SHARE_OF_SIZE | over the size |
+
 Of `Watch.rows`, integers, one for an array of the model:
 
 | columns | names | content |
@@ -29,7 +60,7 @@ Of `Watch.rows`, integers, one for an array of the model:
 | 3 | OWN | whether copies of the model may have other numbers, as tables are not made of these |
 """
 
-from fieldsim.potentials.row import Layout
+from fieldsim.potentials.row import ROW, Layout
 
 GROUP = Layout()
 FIRST = GROUP.number("FIRST", "the group's first element")
@@ -43,6 +74,28 @@ PHASE = MOTION.number("PHASE", "of a Spin: angle at time 0")
 CENTER = MOTION.vector("CENTER", "of a Spin")
 TURN = MOTION.vector("TURN", "angular velocity")
 SHIFT = MOTION.vector("SHIFT", "velocity of what is at the world's origin")
+TOUCHED = Layout(extends=ROW)
+REACH = TOUCHED.number("REACH", "as in `sources.rows`, for all who ask for margins")
+RADIUS = TOUCHED.number("RADIUS", "of its body's surface")
+WEIGHT = TOUCHED.number("WEIGHT", "1 / RADIUS^3")
+FEET = TOUCHED.number("FEET", "how many feet its primitive has")
+
+LAW = Layout()
+LIGHTEST = LAW.number("LIGHTEST", "the least WEIGHT of all elements")
+HEAVIEST = LAW.number("HEAVIEST", "the greatest")
+DAMPING = LAW.number("DAMPING", "of contacts")
+FRICTION = LAW.number("FRICTION", "of contacts")
+COMPENSATED = LAW.number("COMPENSATED", "whether gravcomp counts")
+
+FOUND = Layout()
+FORCE = FOUND.vector("FORCE", "of fields and contacts")
+TORQUE = FOUND.vector("TORQUE", "about its centre of mass")
+FIELD_ENERGY = FOUND.number("FIELD_ENERGY", "in the fields")
+CONTACT_ENERGY = FOUND.number("CONTACT_ENERGY", "of its contacts")
+DEEPEST = FOUND.number("DEEPEST", "GEOM of the geom whose contact is the deepest for its size; meaningless without one")
+DEEP = FOUND.number("DEEP", "how deep it is")
+SHARE_OF_SIZE = FOUND.number("SHARE_OF_SIZE", "over the size")
+
 WATCHED = Layout()
 PLACE = WATCHED.number("PLACE", "where mjModel keeps the pointer to the array")
 COPY = WATCHED.number("COPY", "address of a copy of it")
@@ -54,3 +107,5 @@ AXIS_X = AXIS.start
 CENTER_X = CENTER.start
 TURN_X = TURN.start
 SHIFT_X = SHIFT.start
+FOUND_WIDTH = FOUND.width
+FORCE_X, TORQUE_X = FORCE.start, TORQUE.start

@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools
+import math
 import typing
 from collections.abc import Callable, Sequence
 
@@ -11,12 +12,28 @@ from fieldsim import validate
 from fieldsim.dynamics.refusals import refuse
 from fieldsim.errors import InputError
 from fieldsim.mujoco.callback.field_callbacks import LENGTHS, sum_of
-from fieldsim.mujoco.callback.rows import AXIS, CENTER, MOTION, PHASE, RATE, SHIFT, SPINS, TURN
+from fieldsim.mujoco.callback.rows import (
+    AXIS,
+    CENTER,
+    FEET,
+    FOUND_WIDTH,
+    MOTION,
+    PHASE,
+    RADIUS,
+    RATE,
+    REACH,
+    SHIFT,
+    SPINS,
+    TOUCHED,
+    TURN,
+    WEIGHT,
+)
+from fieldsim.mujoco.contact.rows import CONTACT, HIT
 from fieldsim.potentials import registry
+from fieldsim.potentials.bounds.reach import reach
 from fieldsim.potentials.elements import Elements, concatenate
 from fieldsim.potentials.field import Field
 from fieldsim.sources.elements import elements_of
-from fieldsim.sources.margins import refuse_compact, with_reach
 from fieldsim.sources.surface_velocity import twist_rate
 from fieldsim.world.body import Body
 from fieldsim.world.motion import Pose, Spin, pose_at
@@ -31,7 +48,7 @@ class Source(typing.NamedTuple):
 
     rows (N, >= ROW_WIDTH), kinds (N,): see `potentials.elements`. groups (G, 3), of rows that move together,
     and motions (G, 14), how: see `mujoco.callback.rows`.
-    field, jet, margin: addresses of C functions, see `field_callbacks` (0: not needed).
+    field, jet, margin, weight, foot: addresses of C functions, see `field_callbacks` (0: not needed).
     """
 
     rows: np.ndarray
@@ -41,6 +58,8 @@ class Source(typing.NamedTuple):
     field: int | Callable
     jet: int | Callable
     margin: int | Callable
+    weight: int | Callable
+    foot: int | Callable
 
 
 class Plan(typing.NamedTuple):
@@ -50,8 +69,9 @@ class Plan(typing.NamedTuple):
     first_dof (nbody + 1,): its own degrees of freedom are first_dof[b] to first_dof[b + 1] - 1.
     points (P, 4): places in the bodies' inertial frames (of accuracy "points" in units of the spread of their mass) and
     shares of the mass, those of body k from first_point[k];
-    balls (B, 15) and law (4,): see `mujoco.contact.rows`, the balls of body k from first_ball[k]; reach (n,): of all of
-    them, from the centre of mass.
+    geoms, samples and faces: see `mujoco.contact.rows`, the geoms of body k from first_geom[k]; reach (n,): of all of
+    them, from the centre of mass; law: see `mujoco.callback.rows`. Of every body (nbody,): alone, whether it moves
+    freely and nothing is joined to it. most (2,): how many hits there may be, and contacts of one geom.
     """
 
     bodies: np.ndarray
@@ -61,10 +81,14 @@ class Plan(typing.NamedTuple):
     first_dof: np.ndarray
     first_point: np.ndarray
     points: np.ndarray
-    first_ball: np.ndarray
-    balls: np.ndarray
+    first_geom: np.ndarray
+    geoms: np.ndarray
+    samples: np.ndarray
+    faces: np.ndarray
     reach: np.ndarray
     law: np.ndarray
+    alone: np.ndarray
+    most: np.ndarray
     gravity: Source
     surface: Source
 
@@ -83,6 +107,42 @@ class Views(typing.NamedTuple):
     inertia: np.ndarray
     gravcomp: np.ndarray
     timestep: float
+    model: int
+    data: int
+
+
+class Room(typing.NamedTuple):
+    """Scratch of one evaluation.
+
+    gravity_turns, surface_turns (G, 9): of the groups. subtree_wrench (nbody, 6): torque and force on each body's
+    subtree. pushes (n, FOUND_WIDTH): what contacts do to each body. hits and contacts: see `mujoco.contact.rows`. loads
+    (nbody,): of contacts, by root. efforts, answers (nv,): generalised forces, and accelerations by them.
+    """
+
+    gravity_turns: np.ndarray
+    surface_turns: np.ndarray
+    subtree_wrench: np.ndarray
+    pushes: np.ndarray
+    hits: np.ndarray
+    contacts: np.ndarray
+    loads: np.ndarray
+    efforts: np.ndarray
+    answers: np.ndarray
+
+
+def room_shapes(plan: "Plan", bodies: int, dofs: int) -> tuple[tuple[int, ...], ...]:
+    """Shapes of the arrays of a `Room`."""
+    return (
+        (len(plan.gravity.groups), 9),
+        (len(plan.surface.groups), 9),
+        (bodies, 6),
+        (len(plan.bodies), FOUND_WIDTH),
+        (int(plan.most[0]), HIT.width),
+        (int(plan.most[1]), CONTACT.width),
+        (bodies,),
+        (dofs,),
+        (dofs,),
+    )
 
 
 @dataclasses.dataclass(frozen=True)
@@ -92,6 +152,7 @@ class _Part:
     elements: Callable[[float], Elements]
     motion: Pose | Callable[[float], Pose]
     deforming: bool
+    radius: Callable[[float], float] = lambda time: math.nan
 
     @property
     def spins(self):
@@ -126,13 +187,21 @@ class SourceTable:
         still = [part for part in parts if not (part.spins or part.timed)]
         spinning = [part for part in parts if part.spins]
         self._timed = [part for part in parts if part.timed]
-        chunks = [concatenate([part.placed(time) for part in still]).grouped()[0]] if still else []
+        chunks = [part.placed(time) for part in still]
+        radii = [np.full(len(chunk), part.radius(time)) for part, chunk in zip(still, chunks, strict=True)]
+        if still:
+            whole, by = concatenate(chunks).grouped()
+            chunks, radii = [whole], [np.concatenate(radii)[by]]
         chunks += [part.placed(time) for part in (*spinning, *self._timed)]
+        radii += [np.full(len(part.elements(time)), part.radius(time)) for part in (*spinning, *self._timed)]
         whole = concatenate(chunks)
         self._total = len(whole)
         sums = [sum_of(name, whole.kinds_used, native) if name in needs and self._total else 0 for name in LENGTHS]
         self.arrays = Source(
-            self._bounded(whole.rows, whole.kinds), whole.kinds, *_groups(chunks, spinning, bool(still)), *sums
+            self._bounded(whole.rows, whole.kinds, np.concatenate([np.zeros(0), *radii])),
+            whole.kinds,
+            *_groups(chunks, spinning, bool(still)),
+            *sums,
         )
         self._time = None
         self.at(time)
@@ -149,12 +218,17 @@ class SourceTable:
         """All of them in the world's frame at `time`."""
         return concatenate([part.in_world(time) for part in self._parts])
 
-    def _bounded(self, rows, kinds):
-        """Rows with their reach where contact needs it."""
+    def _bounded(self, rows, kinds, radius):
+        """Rows with their reach, radius and feet where contact needs them."""
         if self.role != "surface":
             return rows
-        refuse_compact(one.kernel for one in registry.formulas_of(np.unique(kinds)).values())
-        return with_reach(rows, kinds, self._total)
+        table = np.zeros((len(rows), TOUCHED.width))
+        table[:, : rows.shape[1]] = rows
+        table[:, REACH] = reach(rows, kinds, 1.0 / max(self._total, 1))
+        table[:, RADIUS], table[:, WEIGHT] = radius, radius**-3.0
+        for formula, which in registry.parts_of(kinds) if len(kinds) else ():
+            table[which, FEET] = len(formula.primitive.feet)
+        return table
 
     def at(self, time: float) -> None:
         """Bring the rows that only Python can move to `time`."""
@@ -169,7 +243,8 @@ class SourceTable:
                     f"FieldForces: a source has other elements at time {time:g} ({len(placed)}) than at first "
                     f"({count}); give one that keeps them, such as with strengths that go to 0"
                 )
-            self.arrays.rows[first : first + count] = self._bounded(placed.rows, placed.kinds)
+            radius = np.full(count, part.radius(time))
+            self.arrays.rows[first : first + count] = self._bounded(placed.rows, placed.kinds, radius)
             motion[TURN.start : SHIFT.stop] = twist_rate(part.motion, time)
         self._time = time
 
@@ -182,7 +257,10 @@ def _part(source, role):
         return _Part(lambda time: source.at(time).elements, pose_at((0, 0, 0), 0.0), source.animated)
     if (source.gravity if role == "gravity" else source.surface) is None:
         return None
-    return _Part(functools.partial(elements_of, source, role), source.motion, source.deforming)
+    elements = functools.partial(elements_of, source, role)
+    if role == "gravity":
+        return _Part(elements, source.motion, source.deforming)
+    return _Part(elements, source.motion, source.deforming, lambda time: source.surface.at(time).radius)
 
 
 def _groups(chunks, spinning, first):

@@ -9,6 +9,7 @@ import functools
 import math
 
 from fieldsim.mujoco.callback.evaluate import field_at, jet_at, maker, product, turns, vectors
+from fieldsim.mujoco.callback.rows import COMPENSATED
 
 
 @functools.cache
@@ -33,7 +34,7 @@ def pull_at_center(native: bool):
     def pull(k, plan, views, turned):
         b = plan.bodies[k]
         x = views.xipos
-        share = 1.0 - plan.law[3] * views.gravcomp[b]
+        share = 1.0 - plan.law[COMPENSATED] * views.gravcomp[b]
         m = share * views.mass[b]
         f, g, h = jet((x[b, 0], x[b, 1], x[b, 2]), plan.gravity, turned)
         e1, e2, e3 = axis(views.ximat, b, 0), axis(views.ximat, b, 1), axis(views.ximat, b, 2)
@@ -88,7 +89,7 @@ def pull_on_points(native: bool, spread_out: bool):
             ty += m * t[1]
             tz += m * t[2]
             u -= m * f
-        m = (1.0 - plan.law[3] * views.gravcomp[b]) * views.mass[b]
+        m = (1.0 - plan.law[COMPENSATED] * views.gravcomp[b]) * views.mass[b]
         return (m * fx, m * fy, m * fz), (m * tx, m * ty, m * tz), m * u
 
     return pull

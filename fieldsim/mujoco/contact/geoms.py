@@ -1,28 +1,40 @@
-"""Contact geoms: a MuJoCo body's geoms as ellipsoids and points for the contact potential (see `potential`)."""
+"""Contact geoms: a MuJoCo body's geoms as convex sets for the contact potential (see `potential`)."""
 
 import dataclasses
 import math
+import typing
 import warnings
 from typing import TYPE_CHECKING
 
-import mujoco
 import numpy as np
 
 from fieldsim import validate
-from fieldsim.dynamics.rigid.body import log_slope
 from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.mujoco import checks
-from fieldsim.mujoco.contact.rows import BALL, CENTER, LARGE, RADIUS, SHAPE, STIFFNESS
+from fieldsim.mujoco.contact import shapes
+from fieldsim.mujoco.contact.rows import (
+    BOUND,
+    FACE_COUNT,
+    FACES,
+    FIRST_FACE,
+    FIRST_SAMPLE,
+    FRAME,
+    GEOM,
+    GEOMS,
+    HARDNESS,
+    KIND,
+    MOST_DEEPEST,
+    ORIGIN,
+    ROUND,
+    SAMPLE_COUNT,
+    SIZES,
+    SLIGHT,
+)
 from fieldsim.mujoco.models import label, listed, named
-from fieldsim.mujoco.points import frame_of, mesh_of
+from fieldsim.mujoco.points import frame_of
+from fieldsim.numerics import quaternion
 from fieldsim.types import RealLike
 
-Kind = mujoco.mjtGeom
-# Distance at most of a geom's points and balls, in radii of the thinnest surface; how many spaces there are along a
-# side, and vertices of a mesh, at most.
-SPACING = 0.5
-SPACES = 8
-MOST = 128
 # A step as long as this share of 1 / (angular frequency of a hit) resolves it.
 RESOLVED = 0.5
 
@@ -31,11 +43,12 @@ RESOLVED = 0.5
 class Contact:
     """Contact of MuJoCo's bodies with the surfaces F = 1 of the sources, by a potential: no mesh, no solver.
 
-    speed: the fastest hit to expect, in lengths per unit of time; it presses a ball in by `depth`, a share of its
-    radius (or of the surface's, if that is less). damping: 0 keeps the energy; a hit at `speed` loses about
-    4/3 damping of it. friction: Coulomb's coefficient against the surface as it moves; where a body sticks it creeps,
-    by less than the pull on it in four time steps. Spheres and ellipsoids touch as what they are, capsules as rows of
-    balls, boxes and cylinders with points all over, meshes with their vertices.
+    speed: the fastest hit to expect, in lengths per unit of time; it presses a geom in by `depth`, a share of half its
+    thickness, or of the radius of the surface that it hits, if that is less. damping: 0 keeps the energy; a hit at
+    `speed` loses about 4/3 damping of it. friction: Coulomb's coefficient against the surface as it moves; where a body
+    sticks it creeps, as fast as the pull on it would make it in a few time steps.
+    Spheres, capsules, ellipsoids, cylinders, boxes and meshes (as their convex hulls, as in MuJoCo) touch as what they
+    are, with faces, edges and corners; a flex with its vertices, balls of its radius.
     """
 
     speed: float
@@ -76,49 +89,101 @@ class Contact:
         return found
 
 
-def longest_step(rows, mass: float, law: Contact) -> float:
-    """The longest time step that resolves a hit at `law.speed`: RESOLVED / sqrt(2 stiffness d / m) for depth d."""
-    stiffness = rows[:, STIFFNESS].max()
+class Touching(typing.NamedTuple):
+    """Tables of contact: rows of geoms, samples and faces (see `mujoco.contact.rows`)."""
+
+    geoms: np.ndarray
+    samples: np.ndarray
+    faces: np.ndarray
+
+
+def joined(parts: "list[Touching]") -> Touching:
+    """Several tables as one."""
+    geoms = [np.zeros((0, GEOMS.width))]
+    samples, faces = 0, 0
+    for part in parts:
+        moved = part.geoms.copy()
+        moved[:, FIRST_SAMPLE] += samples
+        moved[:, FIRST_FACE] += faces
+        samples, faces = samples + len(part.samples), faces + len(part.faces)
+        geoms.append(moved)
+    return Touching(
+        np.concatenate(geoms),
+        np.concatenate([np.zeros((0, 3)), *(part.samples for part in parts)]),
+        np.concatenate([np.zeros((0, FACES.width)), *(part.faces for part in parts)]),
+    )
+
+
+def contacts_at_most(geoms: np.ndarray) -> np.ndarray:
+    """How many contacts each row of `geoms` may have."""
+    return (MOST_DEEPEST + 1 + geoms[:, SAMPLE_COUNT]).astype(np.int64)
+
+
+def body_geoms(model, body: int, law: Contact) -> Touching:
+    """The tables of all geoms of a body, and of the flexes' vertices on it."""
+    geoms = range(model.body_geomadr[body], model.body_geomadr[body] + model.body_geomnum[body])
+    # Others are only to be seen.
+    parts = [_geom(model, geom, law) for geom in geoms if model.geom_contype[geom] or model.geom_conaffinity[geom]]
+    return joined(parts + _vertices(model, body, law))
+
+
+def tree_mass(model, body: int) -> float:
+    """The mass of the whole tree that a body belongs to."""
+    return float(model.body_mass[model.body_rootid == model.body_rootid[body]].sum())
+
+
+def _geom(model, geom, law):
+    shape = shapes.of_geom(model, geom)
+    if not shape.thickness > 0.0:
+        raise InputError(
+            f"FieldForces: geom {label(model, geom)} has no thickness (size {model.geom_size[geom].tolist()}); "
+            "give it one for contact, or contype='0' conaffinity='0' to be seen alone"
+        )
+    return _tables(shape, *frame_of(model, geom), geom, law, tree_mass(model, model.geom_bodyid[geom]))
+
+
+def _tables(shape, turn, move, number, law, mass):
+    law.stiffness(mass, shape.thickness)  # refuses what is no number
+    row = np.zeros((1, GEOMS.width))
+    row[0, ORIGIN], row[0, FRAME] = move, turn.ravel()
+    row[0, [KIND, ROUND, BOUND]] = shape.kind, shape.round, shape.bound
+    row[0, SIZES] = shape.sizes
+    row[0, [HARDNESS, SLIGHT, GEOM]] = law.stiffness(mass, 1.0), shape.thickness**-3.0, number
+    row[0, [SAMPLE_COUNT, FACE_COUNT]] = len(shape.samples), len(shape.faces)
+    return Touching(row, shape.samples, shape.faces)
+
+
+def _vertices(model, body, law):
+    """Vertices of flexes on a body, as balls."""
+    parts = []
+    for flex in np.flatnonzero(_collides(model, "flex")).tolist():
+        first, count = model.flex_vertadr[flex], model.flex_vertnum[flex]
+        turn = quaternion.matrices(model.body_iquat[body]).T
+        for vertex in first + np.flatnonzero(model.flex_vertbodyid[first : first + count] == body):
+            shape = shapes.ball(float(model.flex_radius[flex]))
+            move = turn @ (model.flex_vert[vertex] - model.body_ipos[body])
+            if shape.thickness > 0.0:
+                parts.append(_tables(shape, turn, move, -1 - flex, law, tree_mass(model, body)))
+    return parts
+
+
+def longest_step(geoms: np.ndarray, mass: float, law: Contact, radius: float) -> float:
+    """The longest time step that resolves a hit at `law.speed`: RESOLVED / sqrt(2 stiffness d / m) for depth d.
+
+    geoms: rows; radius: of the thinnest surface.
+    """
+    stiffness = float((geoms[:, HARDNESS] * np.maximum(geoms[:, SLIGHT], radius**-3.0)).max())
     depth = (1.5 * mass * law.speed**2 / stiffness) ** (1.0 / 3.0)
     return RESOLVED / math.sqrt(2.0 * stiffness * depth / mass)
 
 
-def slope_of(materials) -> float:
-    """How fast log F falls at the surfaces, at least."""
-    return min(log_slope(material) for material in materials)
-
-
-def body_balls(model, body: int, law: Contact, radius: float) -> np.ndarray:
-    """Rows (n, BALL.width) of all geoms of a body; radius: of the thinnest surface."""
-    parts = [np.zeros((0, BALL.width))]
-    mass = model.body_mass[model.body_rootid == model.body_rootid[body]].sum()
-    for geom in range(model.body_geomadr[body], model.body_geomadr[body] + model.body_geomnum[body]):
-        if not (model.geom_contype[geom] or model.geom_conaffinity[geom]):
-            continue  # only to be seen
-        size = min(_thickness(model, geom), radius)
-        if not size > 0.0:
-            raise InputError(
-                f"FieldForces: geom {label(model, geom)} has no thickness (size {model.geom_size[geom].tolist()}); "
-                "give it one for contact, or contype='0' conaffinity='0' to be seen alone"
-            )
-        centers, axes = _shape(model, geom, _spacing(size, radius, law))
-        turn, move = frame_of(model, geom)
-        rows = np.zeros((len(centers), BALL.width))
-        rows[:, CENTER] = centers @ turn.T + move
-        rows[:, SHAPE] = (turn @ np.diag(axes)).ravel()
-        rows[:, RADIUS] = axes.max()
-        rows[:, STIFFNESS] = law.stiffness(mass, size)
-        rows[:, LARGE] = axes.max() > 0.5 * radius
-        parts.append(rows)
-    return np.concatenate(parts)
-
-
 def warn_of_untouched(model, bodies) -> None:
-    """Warn of what moves and collides in MuJoCo, but not with surfaces: flexible bodies, geoms of massless bodies."""
+    """Warn of what moves and collides in MuJoCo, but not with surfaces: geoms of massless bodies, some flexes."""
     moves = checks.last_dofs(model)[model.geom_bodyid] >= 0
     loose = _collides(model, "geom") & moves & ~np.isin(model.geom_bodyid, bodies)
     names = [f"geom {label(model, geom)} (its body has no mass)" for geom in np.flatnonzero(loose).tolist()]
-    names += [f"flex {named(model, 'flex', k)}" for k in np.flatnonzero(_collides(model, "flex")).tolist()]
+    flexes = np.flatnonzero(_collides(model, "flex")).tolist()
+    names += [f"flex {named(model, 'flex', k)}" for k in flexes if not _has_vertices(model, k, bodies)]
     if names:
         warnings.warn(
             f"FieldForces: surfaces of the sources do not touch {listed(names)}; give bodies a "
@@ -128,82 +193,14 @@ def warn_of_untouched(model, bodies) -> None:
         )
 
 
+def _has_vertices(model, flex, bodies):
+    """Whether all vertices of a flex that move are those of bodies that feel the fields, and balls."""
+    first, count = model.flex_vertadr[flex], model.flex_vertnum[flex]
+    owners = model.flex_vertbodyid[first : first + count]
+    moving = owners[(owners < 0) | (checks.last_dofs(model)[np.maximum(owners, 0)] >= 0)]
+    return model.flex_radius[flex] > 0.0 and bool(np.isin(moving, bodies).all())
+
+
 def _collides(model, of):
     """Which geoms or flexes are there for collisions."""
     return (getattr(model, f"{of}_contype") != 0) | (getattr(model, f"{of}_conaffinity") != 0)
-
-
-def _spacing(size, radius, law):
-    """Distance of points: between four of them a round surface rises no farther than a hit at `law.speed` goes deep."""
-    return min(SPACING * radius, 2.0 * math.sqrt(radius * law.depth * size))
-
-
-def _thickness(model, geom):
-    """Half the least extent of a geom; of what is no known shape 0."""
-    kind, size = Kind(int(model.geom_type[geom])), model.geom_size[geom]
-    if kind in (Kind.mjGEOM_SPHERE, Kind.mjGEOM_CAPSULE):
-        return size[0]
-    if kind == Kind.mjGEOM_CYLINDER:
-        return size[:2].min()
-    if kind in (Kind.mjGEOM_BOX, Kind.mjGEOM_ELLIPSOID):
-        return size.min()
-    if model.geom_dataid[geom] < 0:
-        return 0.0
-    vertices, _ = mesh_of(model, model.geom_dataid[geom])
-    return max(0.5 * np.ptp(vertices, axis=0).min(), 1e-3 * np.ptp(vertices, axis=0).max())
-
-
-def _shape(model, geom, spacing):
-    """Centres (n, 3), in the geom's frame, and semi-axes (3,) of its ellipsoids; of points they are 0."""
-    kind, size = Kind(int(model.geom_type[geom])), model.geom_size[geom]
-    none = np.zeros(3)
-    if kind == Kind.mjGEOM_SPHERE:
-        return np.zeros((1, 3)), size[[0, 0, 0]]
-    if kind == Kind.mjGEOM_ELLIPSOID:
-        return np.zeros((1, 3)), size.copy()
-    if kind == Kind.mjGEOM_CAPSULE:
-        along = _spread(size[1], spacing)
-        return along[:, None] * (0.0, 0.0, 1.0), size[[0, 0, 0]]
-    if kind == Kind.mjGEOM_CYLINDER:
-        return _cylinder(size[0], size[1], spacing), none
-    if kind == Kind.mjGEOM_BOX:
-        return _box(size, spacing), none
-    if kind in (Kind.mjGEOM_MESH, Kind.mjGEOM_SDF) and model.geom_dataid[geom] >= 0:
-        return _far_apart(mesh_of(model, model.geom_dataid[geom])[0]), none
-    raise InputError(
-        f"FieldForces: geom {label(model, geom)} is of a type that the contact potential does not know; "
-        "give spheres, capsules, ellipsoids, cylinders, boxes or meshes, or contact=None"
-    )
-
-
-def _spread(half, spacing):
-    """Places from -half to half, the ends among them."""
-    return np.linspace(-half, half, 1 + min(SPACES, max(1, math.ceil(2.0 * half / spacing))))
-
-
-def _box(half, spacing):
-    axes = [_spread(h, spacing) for h in half]
-    places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    return places[(np.abs(places) == half).any(axis=1)]
-
-
-def _cylinder(radius, half, spacing):
-    count = min(4 * SPACES, max(12, math.ceil(2 * np.pi * radius / spacing)))
-    angle = 2 * np.pi * np.arange(count) / count
-    ring = np.column_stack([np.cos(angle), np.sin(angle)])
-    side = [np.column_stack([radius * ring, np.full(count, z)]) for z in _spread(half, spacing)]
-    shares = np.linspace(0.0, 1.0, max(2, min(SPACES, math.ceil(radius / spacing))), endpoint=False)
-    ends = [np.column_stack([share * radius * ring, np.full(count, z)]) for z in (-half, half) for share in shares]
-    return np.unique(np.concatenate([*side, *ends]), axis=0)
-
-
-def _far_apart(vertices):
-    """At most MOST of the vertices, each as far as can be from those before it."""
-    if len(vertices) <= MOST:
-        return vertices
-    chosen = [int(np.argmax(np.linalg.norm(vertices - vertices.mean(axis=0), axis=1)))]
-    distance = np.full(len(vertices), np.inf)
-    while len(chosen) < MOST:
-        distance = np.minimum(distance, np.linalg.norm(vertices - vertices[chosen[-1]], axis=1))
-        chosen.append(int(np.argmax(distance)))
-    return vertices[chosen]

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 
 from fieldsim.errors import InputError
-from fieldsim.mujoco.contact.geoms import Contact, body_balls, longest_step
+from fieldsim.mujoco.contact.geoms import Contact, body_geoms, longest_step
 from fieldsim.potentials.field import Field
 from fieldsim.world.motion import pose_at
 
@@ -43,9 +43,9 @@ def resolving_timestep(world, model, contact: Contact | None) -> float:
     if contact:
         radius = min(body.surface.at(0.0).radius for body in world.bodies if body.surface is not None)
         for body in np.flatnonzero((model.body_mass > 0.0) & (model.body_weldid != 0)).tolist():
-            rows = body_balls(model, body, contact, radius)
-            if len(rows):
-                steps.append(MARGIN * longest_step(rows, model.body_mass[body], contact))
+            geoms = body_geoms(model, body, contact).geoms
+            if len(geoms):
+                steps.append(MARGIN * longest_step(geoms, model.body_mass[body], contact, radius))
     return float(min(steps))
 
 

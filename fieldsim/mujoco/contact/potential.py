@@ -1,233 +1,199 @@
-"""Contact by a potential: every geom as a few ellipsoids, pushed out of the surface F = 1 where they reach into it.
+"""Contact by a potential: every geom is pushed out of the surface F = 1 where it reaches into it.
 
-An ellipsoid reaches in by depth = max over its points of log(F) / slope, about a length, and stores the energy
-stiffness depth^3 / 3. The force is that of the deepest point alone, exactly: where that point lies changes the depth
-only in second order. What is lost to damping and friction depends on the velocity there.
+A geom stores the energy
 
-Rows of `balls`: see `mujoco.contact.rows`. `law` is (slope, damping, friction, whether gravcomp counts).
+    sum over samples s of U_s + sum over deepest points m of U_m product over s of (1 - U_s / U_m),
+
+U = stiffness depth^3 / 3 each: samples (corners, points of rims and hulls, ends) alone hold what stands flat; the
+deepest points (see `search`) add what samples do not feel, a tip under a face or a wire across an edge. A deepest point
+that moves into a sample goes on without a jump, as the product then is 0. The force is the energy's gradient: where a
+deepest point lies changes its depth only in second order.
+
+Rows of `geoms`, `samples`, `faces` and `hits`: see `mujoco.contact.rows`; of `law` and `found`: `mujoco.callback.rows`.
 """
 
 import functools
-import itertools
-import math
 
-import numpy as np
-
-from fieldsim.mujoco.callback.evaluate import field_at, group_field, jet_at, maker, room_at, turns, vectors
-from fieldsim.mujoco.callback.rows import SHIFT_X, TURN_X
-from fieldsim.mujoco.contact.rows import CENTER_X, LARGE, RADIUS, SHAPE_XX, STIFFNESS
-
-# The search ends when a step turns the direction by less than this (the depth then is right to its square).
-CLOSE = 1e-8
-STEPS = 40
-# Curvatures count as at least this share of the greatest.
-RIDGE = 1e-3
-# Corners and faces of a cube: where a large ball's search may start.
-_STARTS = np.array([d for d in itertools.product((-1, 0, 1), repeat=3) if np.abs(d).sum() in (1, 3)])
-STARTS = tuple(map(tuple, (_STARTS / np.linalg.norm(_STARTS, axis=1)[:, None]).tolist()))
-
-
-@functools.cache
-def _uphill(native: bool):
-    """Function (u, g, h): one step of Newton's method on the unit sphere towards the greatest value; (u, length)."""
-    dot, cross, between = vectors(native)
-
-    @maker(native)
-    def unit(v):
-        size = math.sqrt(dot(v, v))
-        return v[0] / size, v[1] / size, v[2] / size
-
-    @maker(native)
-    def step(u, g, h):
-        away = (1.0, 0.0, 0.0) if abs(u[0]) < 0.7 else (0.0, 1.0, 0.0)
-        a = unit(cross(u, away))
-        b = cross(u, a)
-        ga, gb = dot(g, a), dot(g, b)
-        steep = dot(g, u)
-        aa, ab, bb = between(a, h, a) - steep, between(a, h, b), between(b, h, b) - steep
-        # Make the curvatures negative and bound them away from 0, for an ascent step of bounded length, also along a
-        # ridge.
-        middle, half = 0.5 * (aa + bb), 0.5 * (aa - bb)
-        radius = max(math.sqrt(half * half + ab * ab), 1e-300)
-        least = max(RIDGE * (abs(middle) + radius), 1e-300)
-        f, g = 1.0 / max(abs(middle - radius), least), 1.0 / max(abs(middle + radius), least)
-        same, other = 0.5 * (f + g), 0.5 * (g - f) / radius
-        da = same * ga + other * (half * ga + ab * gb)
-        db = same * gb + other * (ab * ga - half * gb)
-        length = math.sqrt(da * da + db * db)
-        if length > 0.5:
-            da, db = 0.5 * da / length, 0.5 * db / length
-        return unit((u[0] + da * a[0] + db * b[0], u[1] + da * a[1] + db * b[1], u[2] + da * a[2] + db * b[2])), length
-
-    return step
+from fieldsim.dynamics.contact.laws import pressed
+from fieldsim.mujoco.callback.evaluate import field_at, maker, room_at, turns, vectors
+from fieldsim.mujoco.callback.rows import (
+    CONTACT_ENERGY,
+    DAMPING,
+    DEEP,
+    DEEPEST,
+    FORCE_X,
+    FRICTION,
+    HEAVIEST,
+    SHARE_OF_SIZE,
+    TORQUE_X,
+)
+from fieldsim.mujoco.contact.rows import (
+    BODY,
+    BOUND,
+    CORE_X,
+    DEPTH,
+    ENERGY,
+    FIRST_SAMPLE,
+    FOOT_X,
+    GEOM,
+    HARDNESS,
+    LEVEL,
+    NORMAL_X,
+    ORIGIN_X,
+    PLACE_X,
+    PUSH,
+    RISE_X,
+    ROUND,
+    SAMPLE_COUNT,
+    SHARE,
+    WAY_X,
+)
+from fieldsim.mujoco.contact.search import deepest, noting, placed
+from fieldsim.mujoco.contact.surface import THIRD, felt_at
 
 
 @functools.cache
-def deepest(native: bool):
-    """Function (centre, S, many, source, turns) -> the point of the ellipsoid with the greatest F, F, gradient.
+def _sampled(native: bool):
+    """Function (i, at, plan, turns, contacts, count): contacts of the samples of geom i, behind `count`; the new count.
 
-    S: nine numbers by rows, world frame; many: start from many directions.
+    Those of what is round begin where a deepest point touches.
     """
-    jet = jet_at(native)
     field = field_at(native)
-    dot, _, between = vectors(native)
-    step = _uphill(native)
-    starts = STARTS
+    felt = felt_at(native)
+    note = noting(native)
+    _, outside, _ = placed(native)
 
     @maker(native)
-    def reached(c, s, u):
-        return (
-            c[0] + s[0] * u[0] + s[1] * u[1] + s[2] * u[2],
-            c[1] + s[3] * u[0] + s[4] * u[1] + s[5] * u[2],
-            c[2] + s[6] * u[0] + s[7] * u[1] + s[8] * u[2],
-        )
+    def touches(c, rounded, plan, turned, count):
+        if rounded:
+            return count > 0
+        return field(c, plan.surface, turned)[0] > 1.0
 
     @maker(native)
-    def begin(c, s, many, source, turned):
-        """The direction to start in: up the gradient, or the best of many."""
-        f, g = field(c, source, turned)
-        x, y, z = (s[0], s[3], s[6]), (s[1], s[4], s[7]), (s[2], s[5], s[8])
-        u = dot(x, g), dot(y, g), dot(z, g)
-        size = math.sqrt(dot(u, u))
-        if size > 0.0:
-            u = u[0] / size, u[1] / size, u[2] / size
-        else:
-            u = 0.0, 0.0, -1.0
-        if many:
-            best, _ = field(reached(c, s, u), source, turned)
-            for start in starts:
-                f, _ = field(reached(c, s, start), source, turned)
-                if f > best:
-                    best, u = f, start
-        return u
+    def sample(i, at, plan, turned, contacts, count):
+        row = plan.geoms
+        radius = plan.law[HEAVIEST] ** -THIRD
+        total = count
+        rounded = row[i, ROUND] > 0.0
+        first = int(row[i, FIRST_SAMPLE])
+        for s in range(first, first + int(row[i, SAMPLE_COUNT])):
+            c = outside(at, (plan.samples[s, 0], plan.samples[s, 1], plan.samples[s, 2]))
+            if not touches(c, rounded, plan, turned, count):
+                continue
+            best = total
+            for k in range(count if rounded else 1):
+                q = (contacts[k, FOOT_X], contacts[k, FOOT_X + 1], contacts[k, FOOT_X + 2]) if rounded else c
+                now = felt(c, q, radius, i, plan, turned)
+                if now[0] and now[3] < 0.0 and (best == total or now[3] < contacts[total, LEVEL]):
+                    note(contacts, total, c, now, row[i, ROUND])
+                    best = total + 1
+            total = best
+        return total
 
-    @maker(native)
-    def search(c, s, many, source, turned):
-        x, y, z = (s[0], s[3], s[6]), (s[1], s[4], s[7]), (s[2], s[5], s[8])
-        u = begin(c, s, many, source, turned)
-        p = reached(c, s, u)
-        f, g, _ = jet(p, source, turned)
-        for _ in range(STEPS):
-            p = reached(c, s, u)
-            f, g, h = jet(p, source, turned)
-            if not f > 0.0:
-                break
-            # Derivatives of log F by u.
-            gu = dot(x, g) / f, dot(y, g) / f, dot(z, g) / f
-            hu = (
-                between(x, h, x) / f - gu[0] * gu[0],
-                between(y, h, y) / f - gu[1] * gu[1],
-                between(z, h, z) / f - gu[2] * gu[2],
-                between(x, h, y) / f - gu[0] * gu[1],
-                between(x, h, z) / f - gu[0] * gu[2],
-                between(y, h, z) / f - gu[1] * gu[2],
-            )
-            u, turned_by = step(u, gu, hu)
-            if turned_by < CLOSE:
-                break
-        return p, f, g
-
-    return search
+    return sample
 
 
 @functools.cache
-def _ground(native: bool):
-    """Function (point, source, turns) -> velocity of the surface's material there, weighted by the fields."""
-    alone = group_field(native)
-    _, cross, _ = vectors(native)
+def _shared(native: bool):
+    """Function (contacts, deep, total): the energy of contacts, `deep` deepest points and then samples; sets SHARE.
+
+    A contact's SHARE is the derivative of the sum by its own energy.
+    """
 
     @maker(native)
-    def velocity(p, source, turned):
-        motions = source.motions
-        total, vx, vy, vz = 0.0, 0.0, 0.0, 0.0
-        for g in range(motions.shape[0]):
-            f, _ = alone(p, source, turned, g)
-            x, y, z = cross((motions[g, TURN_X], motions[g, TURN_X + 1], motions[g, TURN_X + 2]), p)
-            total += f
-            vx += f * (x + motions[g, SHIFT_X])
-            vy += f * (y + motions[g, SHIFT_X + 1])
-            vz += f * (z + motions[g, SHIFT_X + 2])
-        if total <= 0.0:
-            return 0.0, 0.0, 0.0
-        return vx / total, vy / total, vz / total
+    def rest(contacts, m, deep, total, but):
+        """The product over all samples but one."""
+        whole = 1.0
+        for s in range(deep, total):
+            if s != but:
+                whole *= max(1.0 - contacts[s, ENERGY] / contacts[m, ENERGY], 0.0)
+        return whole
 
-    return velocity
+    @maker(native)
+    def share(contacts, deep, total):
+        energy = 0.0
+        for s in range(deep, total):
+            energy += contacts[s, ENERGY]
+        for m in range(deep):
+            u = contacts[m, ENERGY]
+            whole = rest(contacts, m, deep, total, -1)
+            energy += u * whole
+            contacts[m, SHARE] = whole
+            for s in range(deep, total):
+                if contacts[s, ENERGY] < u:
+                    others = rest(contacts, m, deep, total, s)
+                    contacts[m, SHARE] += contacts[s, ENERGY] / u * others
+                    contacts[s, SHARE] -= others
+        return energy
+
+    return share
+
+
+@functools.cache
+def _pushed(native: bool):
+    """Function (k, i, c, views, plan, room): add contact c's force to what body k feels, and note the hit."""
+    _, cross, _ = vectors(native)
+    law_of = pressed.numba if native else pressed
+
+    @maker(native)
+    def push(k, i, c, views, plan, room):
+        contacts, found, hits, x = room.contacts, room.pushes, room.hits, views.xipos
+        b = plan.bodies[k]
+        level, row = contacts[c, LEVEL], plan.geoms
+        strength = law_of(-level, row[i, HARDNESS])[1] * contacts[c, SHARE]
+        force = strength * contacts[c, RISE_X], strength * contacts[c, RISE_X + 1], strength * contacts[c, RISE_X + 2]
+        arm = contacts[c, CORE_X] - x[b, 0], contacts[c, CORE_X + 1] - x[b, 1], contacts[c, CORE_X + 2] - x[b, 2]
+        torque = cross(arm, force)
+        for j in range(3):
+            found[k, FORCE_X + j] += force[j]
+            found[k, TORQUE_X + j] += torque[j]
+        if -level > found[k, SHARE_OF_SIZE]:
+            found[k, SHARE_OF_SIZE], found[k, DEEP], found[k, DEEPEST] = -level, contacts[c, DEPTH], row[i, GEOM]
+        pressed = 0.0
+        for j in range(3):
+            pressed += force[j] * contacts[c, NORMAL_X + j]
+        if not pressed > 0.0 or plan.law[DAMPING] + plan.law[FRICTION] == 0.0:
+            return
+        count = int(hits[0, BODY]) + 1
+        hits[0, BODY] = count
+        hits[count, BODY], hits[count, PUSH] = k, pressed
+        for j in range(3):
+            hits[count, PLACE_X + j] = contacts[c, CORE_X + j] - row[i, ROUND] * contacts[c, NORMAL_X + j]
+            hits[count, WAY_X + j] = contacts[c, NORMAL_X + j]
+
+    return push
 
 
 @functools.cache
 def touch(native: bool):
-    """Function (k, plan, views, turns) -> force, torque about the centre of mass, energy of a body's contacts."""
-    search = deepest(native)
-    field = field_at(native)
-    room = room_at(native)
-    ground = _ground(native)
+    """Function (k, plan, views, turns, room): the elastic forces, torques and energies of a body's contacts.
+
+    They are left in row k of room.pushes, see FOUND; room.hits gets them one by one.
+    """
+    room_of = room_at(native)
+    place, _, _ = placed(native)
+    find, sample = deepest(native), _sampled(native)
+    share, push = _shared(native), _pushed(native)
     turn, _ = turns(native)
-    dot, cross, _ = vectors(native)
 
     @maker(native)
-    def matrix(views, b, balls, i):
-        """The ball's S in the world's frame, by rows: its columns turned one by one."""
-        x0, x1, x2 = turn(views.ximat, b, (balls[i, SHAPE_XX], balls[i, SHAPE_XX + 3], balls[i, SHAPE_XX + 6]))
-        y0, y1, y2 = turn(views.ximat, b, (balls[i, SHAPE_XX + 1], balls[i, SHAPE_XX + 4], balls[i, SHAPE_XX + 7]))
-        z0, z1, z2 = turn(views.ximat, b, (balls[i, SHAPE_XX + 2], balls[i, SHAPE_XX + 5], balls[i, SHAPE_XX + 8]))
-        return x0, y0, z0, x1, y1, z1, x2, y2, z2
-
-    @maker(native)
-    def lost(k, plan, views, turned, p, n, push):
-        """Force at p on top of the elastic `push` along n: damping and friction."""
+    def touched(k, plan, views, turned, room):
         b = plan.bodies[k]
-        r = plan.roots[b]
-        origin, v = views.subtree_com, views.cvel
-        arm = p[0] - origin[r, 0], p[1] - origin[r, 1], p[2] - origin[r, 2]
-        wx, wy, wz = cross((v[b, 0], v[b, 1], v[b, 2]), arm)
-        gx, gy, gz = ground(p, plan.surface, turned)
-        v = v[b, 3] + wx - gx, v[b, 4] + wy - gy, v[b, 5] + wz - gz
-        rising = dot(v, n)
-        damped = -min(push, plan.law[1] * push * rising)
-        along = v[0] - rising * n[0], v[1] - rising * n[1], v[2] - rising * n[2]
-        speed = math.sqrt(dot(along, along))
-        # Coulomb's law, limited so that a time step does not reverse the sliding.
-        grip = min(plan.law[2] * (push + damped), 0.25 * views.mass[b] / views.timestep * speed) / max(speed, 1e-300)
-        return (
-            damped * n[0] - grip * along[0],
-            damped * n[1] - grip * along[1],
-            damped * n[2] - grip * along[2],
-        )
-
-    @maker(native)
-    def push(k, plan, views, turned):
-        b = plan.bodies[k]
-        x, balls = views.xipos, plan.balls
-        if room((x[b, 0], x[b, 1], x[b, 2]), plan.surface, turned) > plan.reach[k]:
-            return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0
-        fx, fy, fz, tx, ty, tz, u = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for i in range(plan.first_ball[k], plan.first_ball[k + 1]):
-            arm = turn(views.ximat, b, (balls[i, CENTER_X], balls[i, CENTER_X + 1], balls[i, CENTER_X + 2]))
-            p = x[b, 0] + arm[0], x[b, 1] + arm[1], x[b, 2] + arm[2]
-            if room(p, plan.surface, turned) > balls[i, RADIUS]:
+        x, row = views.xipos, plan.geoms
+        room.pushes[k] = 0.0
+        if room_of((x[b, 0], x[b, 1], x[b, 2]), plan.surface, turned) > plan.reach[k]:
+            return
+        for i in range(plan.first_geom[k], plan.first_geom[k + 1]):
+            o = turn(views.ximat, b, (row[i, ORIGIN_X], row[i, ORIGIN_X + 1], row[i, ORIGIN_X + 2]))
+            o = o[0] + x[b, 0], o[1] + x[b, 1], o[2] + x[b, 2]
+            if room_of(o, plan.surface, turned) > row[i, BOUND]:
                 continue
-            if balls[i, RADIUS] > 0.0:
-                p, f, g = search(p, matrix(views, b, balls, i), balls[i, LARGE] != 0.0, plan.surface, turned)
-            else:
-                f, g = field(p, plan.surface, turned)
-            if not f > 1.0:
-                continue
-            depth = math.log(f) / plan.law[0]
-            size = math.sqrt(dot(g, g))
-            n = -g[0] / size, -g[1] / size, -g[2] / size
-            strength = balls[i, STIFFNESS] * depth * depth * size / (f * plan.law[0])
-            force = strength * n[0], strength * n[1], strength * n[2]
-            if plan.law[1] > 0.0 or plan.law[2] > 0.0:
-                more = lost(k, plan, views, turned, p, n, strength)
-                force = force[0] + more[0], force[1] + more[1], force[2] + more[2]
-            t = cross((p[0] - x[b, 0], p[1] - x[b, 1], p[2] - x[b, 2]), force)
-            fx += force[0]
-            fy += force[1]
-            fz += force[2]
-            tx += t[0]
-            ty += t[1]
-            tz += t[2]
-            u += balls[i, STIFFNESS] * depth * depth * depth / 3.0
-        return (fx, fy, fz), (tx, ty, tz), u
+            at = place(views, b, plan, i)
+            deep = find(i, at, plan, turned, room.contacts)
+            total = sample(i, at, plan, turned, room.contacts, deep)
+            energy = row[i, HARDNESS] * share(room.contacts, deep, total)
+            room.pushes[k, CONTACT_ENERGY] += energy
+            for c in range(total):
+                push(k, i, c, views, plan, room)
 
-    return push
+    return touched

@@ -32,16 +32,6 @@ def with_reach(rows, kinds, total: int):
     )
 
 
-def refuse_compact(kernels):
-    """Raise InputError for kernels whose field is 0 at the centre of a sphere that touches the surface."""
-    for kernel in kernels:
-        if kernel.compact:
-            raise InputError(
-                f"no contact is known for a surface of {kernel.__name__}: its field ends too near to the surface; "
-                "give the particles contact=None, or the body a surface of another kernel such as fs.Gaussian"
-            )
-
-
 def _that_are(kinds, trait):
     """Which elements' primitives have the trait, (elements,)."""
     wanted = [formula.kind for formula in registry.FORMULAS.values() if getattr(formula.primitive, trait)]

@@ -34,7 +34,6 @@ class SixthPower(PowerLaw):
     inverse = staticmethod(inverse_of(3.0))
     power = 6
     reciprocal = True
-    gentle = 4.0  # of a whole plane
     line = Whole(lambda s: 0.375 * math.pi / s, inverse_of(2.5))
     plane = Whole(lambda s: 0.5 * math.pi / s**2, inverse_of(2.0))
 

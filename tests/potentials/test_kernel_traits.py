@@ -11,7 +11,6 @@ from mpmath import mp, mpf
 from fieldsim.errors import InputError
 from fieldsim.portable import portable, real
 from fieldsim.potentials import registry
-from fieldsim.potentials.kernels import base
 from fieldsim.potentials.kernels.base import FINITE, Compact, Diverges, Kernel, PowerLaw, Whole
 from fieldsim.potentials.kernels.cauchy import Cauchy
 from fieldsim.potentials.kernels.gaussian import EXPONENT_LIMIT, Gaussian
@@ -186,19 +185,6 @@ def test_powers(kernel):
     assert float(h(2) / scaled(6)) == pytest.approx(3.0**kernel.unit)
 
 
-@pytest.mark.parametrize(("kernel", "whole"), [(Cauchy, field_of_a_plane), (InverseSquare, field_of_a_line)])
-def test_the_gentlest_slopes(kernel, whole):
-    value = kernel(0.8)
-    h = published(kernel, 0.8)
-    for radius in (0.3, 2.0):
-        slope = mp.diff(lambda r: mp.log(whole(h, r, mp.inf)), mpf(radius), h=mpf(10) ** -12)
-        assert -float(slope) == pytest.approx(value.log_slope(radius), rel=1e-8)
-        own = -float(mp.diff(lambda r: mp.log(h(r)), mpf(radius)))
-        assert own >= value.log_slope(radius)
-    assert Gaussian(0.8).log_slope(2.0) == pytest.approx(2 * 0.8**2 * 2.0)
-    assert base.LEAST_SLOPE == min(k.gentle for k in FAMILIES[PowerLaw])
-
-
 @pytest.mark.parametrize("kernel", [Newtonian, InverseSquare])
 def test_the_slope_of_an_infinite_plane(kernel):
     # F' = -2 pi z h(z), whose greatest is looked for.
@@ -288,7 +274,6 @@ COMPLETE = {
         line=Diverges(),
         plane=FINITE,
         power=2,
-        gentle=1.0,
     ),
     Compact: dict(
         law=flat,

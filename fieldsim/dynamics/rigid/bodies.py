@@ -40,7 +40,6 @@ from fieldsim.errors import FieldsimError, FieldsimWarning
 from fieldsim.launch import launch
 from fieldsim.numerics import quaternion
 from fieldsim.sources.elements import Sources
-from fieldsim.sources.margins import refuse_compact
 from fieldsim.world.motion import Pose
 
 # Steps must be shorter than this share of 1 / (angular frequency of contact).
@@ -69,7 +68,6 @@ class FreeBodies(Uncopied):
         self._number = {start.index: b for b, start in enumerate(self.starts)}
         if not self.starts:
             return
-        refuse_compact(type(body.surface.surface_kernel) for body in world.bodies if body.surface is not None)
         self.time = time
         self._gravity = Sources(world, "gravity", time, prescribed=True)
         self._surfaces = Sources(world, "surface", time, prescribed=True)

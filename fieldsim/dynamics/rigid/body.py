@@ -13,8 +13,7 @@ from fieldsim.dynamics.rigid.mass_points import enough, mass_points
 from fieldsim.errors import InputError
 from fieldsim.numerics import quaternion
 from fieldsim.potentials.elements import Elements, concatenate
-from fieldsim.potentials.kernels.base import LEAST_SLOPE
-from fieldsim.sources.margins import refuse_compact, with_reach
+from fieldsim.sources.margins import with_reach
 from fieldsim.world.body import Body
 from fieldsim.world.motion import Pose
 from fieldsim.world.rigid import Rigid
@@ -155,13 +154,6 @@ class FreeBody:
         """
         depth = (energy / (stiffness * self._hardness)) ** 0.25
         return math.sqrt(24.0 * energy / self.mass) / depth if depth else 0.0
-
-
-def log_slope(material) -> float:
-    """How fast log F falls at the surface of a material at least (of a point it is steeper, but for a Gaussian)."""
-    kernel = material.surface_kernel
-    refuse_compact([type(kernel)])
-    return kernel.log_slope(material.radius) if material.level is None else LEAST_SLOPE / material.radius
 
 
 def free_body(index, body) -> FreeBody:

@@ -9,12 +9,11 @@ from fieldsim.dynamics.rigid.gravity import Masses
 from fieldsim.dynamics.rigid.rigids import Rigids
 from fieldsim.dynamics.rigid.shells import Shells
 from fieldsim.numerics import quaternion
-from fieldsim.potentials import registry
 from fieldsim.potentials.bounds.reach import scale
 from fieldsim.potentials.elements import concatenate
 from fieldsim.potentials.row import ROW_WIDTH
 from fieldsim.sources.elements import Sources
-from fieldsim.sources.margins import refuse_compact, with_reach
+from fieldsim.sources.margins import with_reach
 from fieldsim.sources.rows import STILL_WIDTH
 from fieldsim.sources.stages import Stages, tables, upload
 from fieldsim.sources.surface_velocity import twist_rates
@@ -27,7 +26,6 @@ def prescribed_tables(gravity: Sources, surfaces: Sources, times, rates: bool = 
 
     rates: whether with their twists per unit of time as well.
     """
-    refuse_compact(one.kernel for one in registry.formulas_of(sum(surfaces.kinds_used, ())).values())
     fixed = with_reach(surfaces.fixed.rows, surfaces.fixed.kinds, len(surfaces))
     moving = with_reach(surfaces.rows_at(times), surfaces.moving_kinds, len(surfaces))
     if rates:

@@ -29,10 +29,6 @@ from fieldsim.errors import InputError
 from fieldsim.portable import Portable
 from fieldsim.potentials.primitives.base import LEAST, MOST
 
-# The slope of log F at a distance R, in 1 / R, of what falls most gently: that of 1/r beside a line, a logarithm, is of
-# this order.
-LEAST_SLOPE = 0.25
-
 
 @dataclasses.dataclass(frozen=True)
 class Whole:
@@ -76,7 +72,6 @@ _TYPES = {
     "plane": (_WHOLES, "Whole(factor, inverse), Diverges(slope) or FINITE"),
     "reciprocal": ((bool,), "True where the width is the reciprocal of a length"),
     "power": ((int,), "the m of h ~ (r^2 + softening^2)^(-m/2), a whole number"),
-    "gentle": ((int, float), "R times the slope of log F at R, at least, of any primitive"),
     "steepest": ((int, float), "the greatest slope of sqrt h, in 1 / radius"),
     "sharpest": ((int, float), "the greatest |h''| and |h'| / r, in 1 / radius^2"),
     "root_bend": ((int, float), "the greatest -(sqrt h)'' along any ray, in 1 / radius^2"),
@@ -162,16 +157,6 @@ class Kernel:
         """(strength, fold) that put F = 1 at `radius` from a point, line or plane; None: by its field at `radius`."""
         return None
 
-    def log_slope(self, radius: float) -> float:
-        """How fast log F falls at `radius` from a primitive at least, where free bodies touch.
-
-        Raises InputError for a kernel that does not tell.
-        """
-        raise InputError(
-            f"no contact of free bodies is known for a surface of {type(self).__name__}, which has no log_slope; give "
-            "the body a surface of another kernel"
-        )
-
     @property
     def short_reach(self) -> float:
         """How far beyond its centre it pulls, where a step might leap over that; inf for a field without end."""
@@ -182,8 +167,7 @@ class Kernel:
 class PowerLaw(Kernel, abstract=True):
     """h = (r^2 + softening^2)^(-power / 2), of unit `power`; with a reciprocal width 1 / softening, 1 in the middle."""
 
-    gentle: typing.ClassVar[float]
-    traits = ("law", "inverse", "width_of", "line", "plane", "reciprocal", "power", "gentle")
+    traits = ("law", "inverse", "width_of", "line", "plane", "reciprocal", "power")
 
     def __init_subclass__(cls, abstract: bool = False, **options):
         super().__init_subclass__(abstract=abstract, **options)
@@ -208,11 +192,6 @@ class PowerLaw(Kernel, abstract=True):
     def log_bend(width: float) -> float:
         """0: these bend as power / (distance^2 + softening^2), which is bounded where that is known."""
         return 0.0
-
-    def log_slope(self, radius: float) -> float:
-        """See `Kernel.log_slope`."""
-        softening = self.softening_of(self.width)
-        return self.gentle * radius / (radius**2 + softening**2)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -45,7 +45,6 @@ class Cauchy(PowerLaw):
     inverse = staticmethod(_inverse(2.0))
     power = 4
     reciprocal = True
-    gentle = 2.0  # of a whole plane
     line = Whole(lambda s: 0.5 * math.pi / s, _inverse(1.5))
     plane = Whole(lambda s: math.pi / s**2, _inverse(1.0))
 

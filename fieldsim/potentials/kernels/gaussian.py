@@ -63,10 +63,6 @@ class Gaussian(Kernel):
         """The fields of a whole line and plane are sqrt(pi)/a and pi/a^2 times h: what h lacks at R is folded."""
         return (self.a / math.sqrt(math.pi)) ** dimension, (self.a * radius) ** 2
 
-    def log_slope(self, radius: float) -> float:
-        """See `Kernel.log_slope`."""
-        return 2.0 * self.a**2 * radius
-
     @property
     def short_reach(self) -> float:
         """See `Kernel.short_reach`."""

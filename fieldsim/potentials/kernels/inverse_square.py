@@ -38,7 +38,6 @@ class InverseSquare(PowerLaw):
 
     law = law
     power = 2
-    gentle = 1.0  # of a whole line
     line = Whole(lambda softening: np.full_like(softening, math.pi), _beside_line)
     plane = Diverges(slope=lambda strength, softening: math.pi * strength / softening)
 

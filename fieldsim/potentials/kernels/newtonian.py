@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fieldsim.portable import portable, real
-from fieldsim.potentials.kernels.base import LEAST_SLOPE, Diverges, PowerLaw, distance, half_maximum
+from fieldsim.potentials.kernels.base import Diverges, PowerLaw, distance, half_maximum
 from fieldsim.types import RealLike
 
 
@@ -34,7 +34,6 @@ class Newtonian(PowerLaw):
 
     law = law
     power = 1
-    gentle = LEAST_SLOPE
     line = Diverges()
     plane = Diverges(slope=lambda strength, softening: math.tau * strength)
 

@@ -10,6 +10,7 @@ import fieldsim as fs
 # The pull is 1 and comes from so far away that it is uniform to 1e-9.
 FAR = 1e9
 RAIL, APART, BALL = 0.1, 0.3, 0.3
+FRICTION = 0.5
 COSINE = math.sqrt(1.0 - (APART / (RAIL + BALL)) ** 2)
 DOWN = np.array([0.0, 0.0, -1.0])
 
@@ -91,3 +92,18 @@ def test_a_bounce_off_two_rails_at_once_is_that_off_their_wedge():
     fall = math.sqrt(1.0 + 2 * 0.1)
     flight = 0.12 - (fall - 1.0)
     np.testing.assert_allclose(simulation.velocities[0], [[0, 0, 0.5 * fall - flight]], atol=1e-6)
+
+
+# Two contacts at an angle press more than the weight: friction along rails is that of a plane with mu / cos.
+@pytest.mark.parametrize("share", [0.999999, 1.000001])
+def test_along_two_rails_a_ball_slides_beyond_the_cone_of_both(share):
+    angle = math.atan(share * FRICTION / COSINE)
+    simulation = thrown(on_rails(angle), (0, 0, 0), fs.Bounce(0.0, friction=FRICTION), 1.0)
+    assert (np.linalg.norm(simulation.velocities[0]) > 0.0) == (share > 1.0)
+
+
+def test_along_two_rails_kinetic_friction_is_that_of_both_contacts():
+    simulation = thrown(on_rails(0.9), (0, 0, 0), fs.Bounce(0.0, friction=FRICTION), 1.0)
+    speed = math.sin(0.9) - FRICTION / COSINE * math.cos(0.9)
+    np.testing.assert_allclose(simulation.velocities[0], [[speed, 0, 0]], atol=1e-7)
+    np.testing.assert_allclose(simulation.positions[0], [[0.5 * speed, 0, (RAIL + BALL) * COSINE]], atol=1e-7)

@@ -21,14 +21,14 @@ MOST = 4
 Numbers = wp.types.vector(MOST, wp.float64)
 Vectors = wp.types.matrix((MOST, 3), wp.float64)
 # Gaps in units of the surfaces' grain: the accuracy of a place of contact, and the greatest that counts as touching.
-TOLERANCE = wp.constant(wp.float64(1e-11))
+TOLERANCE = wp.constant(wp.float64(1e-10))
 TOUCHING = wp.constant(wp.float64(1e-9))
 # Rounding of a gap in units of the coordinates.
 ROUNDING = wp.constant(wp.float64(4e-15))
 # Steps of a search. It ends with a step of this share of the length over which the surface bends; the error is about
 # its square. Where the gap is CLEAR times as long as a step of that share of it, no more is to be known.
 STEPS = wp.constant(60)
-CLOSE = wp.constant(wp.float64(1e-6))
+CLOSE = wp.constant(wp.float64(3e-6))
 ROUGH = wp.constant(wp.float64(1e-3))
 CLEAR = wp.constant(wp.float64(3.0))
 # Points nearer to each other than this share of the grain are one.

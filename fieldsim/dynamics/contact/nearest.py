@@ -34,27 +34,28 @@ def _between(ax: real, ay: real, az: real, bx: real, by: real, bz: real,
 
 
 @portable
-def curvatures(f: real, fx: real, fy: real, fz: real,
-               fxx: real, fyy: real, fzz: real, fxy: real, fxz: real, fyz: real):  # fmt: skip
-    """Of the level surface of F > 0 through a point, from the jet there: how it lies and how it bends.
+def _bends(f: real, fx: real, fy: real, fz: real,
+           fxx: real, fyy: real, fzz: real, fxy: real, fxz: real, fyz: real):  # fmt: skip
+    """Of the level surface of F > 0 through a point: normal, tangents a and b, curvatures, and |grad log F|.
 
-    Returns the unit normal (nx, ny, nz) outward from greater F, the unit principal directions (ax, ay, az) and
-    (bx, by, bz) with their curvatures k1 >= k2, of a convex body positive, and |grad log F|. The gradient must not be
-    0.
+    Returns (n, a, b) as nine numbers, the second fundamental form (aa, ab, bb), and the slope.
     """
-    gx = fx / f
-    gy = fy / f
-    gz = fz / f
-    slope = math.sqrt(gx * gx + gy * gy + gz * gz)
-    nx = -gx / slope
-    ny = -gy / slope
-    nz = -gz / slope
+    gradient = math.sqrt(fx * fx + fy * fy + fz * fz)
+    back = real(-1.0) / gradient
+    nx = back * fx
+    ny = back * fy
+    nz = back * fz
     ax, ay, az, bx, by, bz = beside(nx, ny, nz)
     # Across the normal the Hessian of log F is that of F over F; over the slope it is minus the curvatures.
-    scale = real(-1.0) / (f * slope)
-    kaa = scale * _between(ax, ay, az, ax, ay, az, fxx, fyy, fzz, fxy, fxz, fyz)
-    kab = scale * _between(ax, ay, az, bx, by, bz, fxx, fyy, fzz, fxy, fxz, fyz)
-    kbb = scale * _between(bx, by, bz, bx, by, bz, fxx, fyy, fzz, fxy, fxz, fyz)
+    kaa = back * _between(ax, ay, az, ax, ay, az, fxx, fyy, fzz, fxy, fxz, fyz)
+    kab = back * _between(ax, ay, az, bx, by, bz, fxx, fyy, fzz, fxy, fxz, fyz)
+    kbb = back * _between(bx, by, bz, bx, by, bz, fxx, fyy, fzz, fxy, fxz, fyz)
+    return nx, ny, nz, ax, ay, az, bx, by, bz, kaa, kab, kbb, gradient / f
+
+
+@portable
+def _principal(kaa: real, kab: real, kbb: real):
+    """Cosine and sine of the first principal direction's angle from a, and the curvatures k1 >= k2."""
     half = real(0.5) * (kaa - kbb)
     radius = math.sqrt(half * half + kab * kab)
     middle = real(0.5) * (kaa + kbb)
@@ -67,6 +68,20 @@ def curvatures(f: real, fx: real, fy: real, fz: real,
         else:
             sine = math.copysign(math.sqrt(real(0.5) * (real(1.0) - half / radius)), kab)
             cosine = real(0.5) * kab / (radius * sine)
+    return cosine, sine, middle + radius, middle - radius
+
+
+@portable
+def curvatures(f: real, fx: real, fy: real, fz: real,
+               fxx: real, fyy: real, fzz: real, fxy: real, fxz: real, fyz: real):  # fmt: skip
+    """Of the level surface of F > 0 through a point, from the jet there: how it lies and how it bends.
+
+    Returns the unit normal (nx, ny, nz) outward from greater F, the unit principal directions (ax, ay, az) and
+    (bx, by, bz) with their curvatures k1 >= k2, of a convex body positive, and |grad log F|. The gradient must not be
+    0.
+    """
+    nx, ny, nz, ax, ay, az, bx, by, bz, kaa, kab, kbb, slope = _bends(f, fx, fy, fz, fxx, fyy, fzz, fxy, fxz, fyz)
+    cosine, sine, k1, k2 = _principal(kaa, kab, kbb)
     return (
         nx,
         ny,
@@ -77,10 +92,46 @@ def curvatures(f: real, fx: real, fy: real, fz: real,
         cosine * bx - sine * ax,
         cosine * by - sine * ay,
         cosine * bz - sine * az,
-        middle + radius,
-        middle - radius,
+        k1,
+        k2,
         slope,
     )
+
+
+@portable
+def _along(ra: real, rb: real, height: real, kaa: real, kab: real, kbb: real):
+    """The step (ta, tb) along the surface for what is left (ra, rb), the least 1 + h k, its direction, and a radius.
+
+    The direction (ea, eb) is right where 1 + h k < 0, and the radius is no greater than any of curvature.
+    """
+    maa = real(1.0) + height * kaa
+    mab = height * kab
+    mbb = real(1.0) + height * kbb
+    trace = maa + mbb
+    determinant = maa * mbb - mab * mab
+    bend = math.sqrt(kaa * kaa + real(2.0) * (kab * kab) + kbb * kbb)
+    if trace > real(0.0) and determinant > real(FLATTEST) * trace:
+        # Both 1 + h k are well above 0: in most cases Newton's step is short enough, and no more needs to be known.
+        ta = (mbb * ra - mab * rb) / determinant
+        tb = (maa * rb - mab * ra) / determinant
+        if (ta * ta + tb * tb) * (bend * bend) <= real(LONGEST) * real(LONGEST):
+            return ta, tb, determinant / trace, real(1.0), real(0.0), real(1.0) / max(bend, real(1e-300))
+    cosine, sine, k1, k2 = _principal(kaa, kab, kbb)
+    m1 = real(1.0) + height * k1
+    m2 = real(1.0) + height * k2
+    t1 = (cosine * ra + sine * rb) / max(abs(m1), real(FLATTEST))
+    t2 = (cosine * rb - sine * ra) / max(abs(m2), real(FLATTEST))
+    if abs(t1 * k1) > real(LONGEST):
+        t1 = math.copysign(real(LONGEST) / k1, t1)
+    if abs(t2 * k2) > real(LONGEST):
+        t2 = math.copysign(real(LONGEST) / k2, t2)
+    ea = cosine
+    eb = sine
+    if m2 < m1:
+        ea = -sine
+        eb = cosine
+    radius = real(1.0) / max(bend, real(1e-300))
+    return cosine * t1 - sine * t2, sine * t1 + cosine * t2, min(m1, m2), ea, eb, radius
 
 
 @portable
@@ -89,50 +140,38 @@ def nearest_step(ox: real, oy: real, oz: real, f: real, fx: real, fy: real, fz: 
     """One step from a point q towards the nearest point of the surface to c, from the jet of F > 0 at q.
 
     o = c - q; longest: of a step along the normal. Returns the step (dx, dy, dz), the unit normal there (nx, ny, nz)
-    outward from F > 1, to first order, the least 1 + h k, the unit direction of its curvature (ex, ey, ez), and the
-    least radius of curvature. The gradient must not be 0.
+    outward from F > 1, to first order, the least 1 + h k (where that is above 0, a lower bound), the unit direction of
+    its curvature (ex, ey, ez) where it is below, and a length no greater than any radius of curvature. The gradient
+    must not be 0.
     """
-    nx, ny, nz, ax, ay, az, bx, by, bz, k1, k2, slope = curvatures(f, fx, fy, fz, fxx, fyy, fzz, fxy, fxz, fyz)
+    nx, ny, nz, ax, ay, az, bx, by, bz, kaa, kab, kbb, slope = _bends(f, fx, fy, fz, fxx, fyy, fzz, fxy, fxz, fyz)
     scale = real(1.0) / (f * slope)
     rise = min(max(math.log(f) / slope, -longest), longest)
     height = ox * nx + oy * ny + oz * nz
     # What is left of the offset along the surface, after the step along the normal.
-    ra = _between(ax, ay, az, nx, ny, nz, fxx, fyy, fzz, fxy, fxz, fyz)
-    rb = _between(bx, by, bz, nx, ny, nz, fxx, fyy, fzz, fxy, fxz, fyz)
-    m1 = real(1.0) + height * k1
-    m2 = real(1.0) + height * k2
-    t1 = (ox * ax + oy * ay + oz * az + height * rise * scale * ra) / max(abs(m1), real(FLATTEST))
-    t2 = (ox * bx + oy * by + oz * bz + height * rise * scale * rb) / max(abs(m2), real(FLATTEST))
-    if abs(t1 * k1) > real(LONGEST):
-        t1 = math.copysign(real(LONGEST) / k1, t1)
-    if abs(t2 * k2) > real(LONGEST):
-        t2 = math.copysign(real(LONGEST) / k2, t2)
-    dx = rise * nx + t1 * ax + t2 * bx
-    dy = rise * ny + t1 * ay + t2 * by
-    dz = rise * nz + t1 * az + t2 * bz
+    turned = height * rise * scale
+    ra = turned * _between(ax, ay, az, nx, ny, nz, fxx, fyy, fzz, fxy, fxz, fyz) + (ox * ax + oy * ay + oz * az)
+    rb = turned * _between(bx, by, bz, nx, ny, nz, fxx, fyy, fzz, fxy, fxz, fyz) + (ox * bx + oy * by + oz * bz)
+    ta, tb, least, ea, eb, radius = _along(ra, rb, height, kaa, kab, kbb)
+    dx = rise * nx + ta * ax + tb * bx
+    dy = rise * ny + ta * ay + tb * by
+    dz = rise * nz + ta * az + tb * bz
     # The normal turns with the gradient of log F.
-    along = slope * (nx * dx + ny * dy + nz * dz)
-    ux = nx * (real(1.0) + along) - scale * (fxx * dx + fxy * dy + fxz * dz)
-    uy = ny * (real(1.0) + along) - scale * (fxy * dx + fyy * dy + fyz * dz)
-    uz = nz * (real(1.0) + along) - scale * (fxz * dx + fyz * dy + fzz * dz)
-    size = math.sqrt(ux * ux + uy * uy + uz * uz)
-    ex = ax
-    ey = ay
-    ez = az
-    if m2 < m1:
-        ex = bx
-        ey = by
-        ez = bz
+    along = real(1.0) + slope * (nx * dx + ny * dy + nz * dz)
+    ux = nx * along - scale * (fxx * dx + fxy * dy + fxz * dz)
+    uy = ny * along - scale * (fxy * dx + fyy * dy + fyz * dz)
+    uz = nz * along - scale * (fxz * dx + fyz * dy + fzz * dz)
+    unit = real(1.0) / math.sqrt(ux * ux + uy * uy + uz * uz)
     return (
         dx,
         dy,
         dz,
-        ux / size,
-        uy / size,
-        uz / size,
-        min(m1, m2),
-        ex,
-        ey,
-        ez,
-        real(1.0) / max(max(abs(k1), abs(k2)), real(1e-300)),
+        ux * unit,
+        uy * unit,
+        uz * unit,
+        least,
+        ea * ax + eb * bx,
+        ea * ay + eb * by,
+        ea * az + eb * bz,
+        radius,
     )

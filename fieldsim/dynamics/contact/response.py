@@ -36,6 +36,8 @@ from fieldsim.sources.stages import Stages
 
 # After so many hits in one step a particle slides, as in a bowl that it would follow in ever shorter hops.
 MOST_HITS = wp.constant(8)
+# How many times as far as a step goes contacts are looked for.
+SPARE = wp.constant(wp.float64(1.5))
 # Greatest number of events within one step.
 EVENTS = wp.constant(256)
 
@@ -166,8 +168,10 @@ def contact_step(gravity_kinds, surface_kinds):
         for _ in range(EVENTS):
             moment.t = m.t
             here = m.here
-            horizon = horizon_of(m, ball, surfaces, stage, dt)
-            if m.known == 0 or here.horizon < horizon:
+            needed = horizon_of(m, ball, surfaces, stage, dt)
+            # Farther than needed, so that the next step, if a little faster, knows enough.
+            horizon = SPARE * needed
+            if m.known == 0 or here.horizon < needed:
                 here = contacts_of(m.x, ball.radius, horizon, ball.grain, surfaces, moment, wp.float64(0.0))
             if here.least < -touching(m.x, ball.radius, ball.grain):
                 m.x = push(m.x, ball, surfaces, moment, wp.float64(0.0))

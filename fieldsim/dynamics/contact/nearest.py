@@ -41,12 +41,13 @@ def _bends(f: real, fx: real, fy: real, fz: real,
     Returns (n, a, b) as nine numbers, the second fundamental form (aa, ab, bb), and the slope.
     """
     gradient = math.sqrt(fx * fx + fy * fy + fz * fz)
-    back = real(-1.0) / gradient
-    nx = back * fx
-    ny = back * fy
-    nz = back * fz
+    # Divided, so that along an axis it is exactly 1.
+    nx = -fx / gradient
+    ny = -fy / gradient
+    nz = -fz / gradient
     ax, ay, az, bx, by, bz = beside(nx, ny, nz)
     # Across the normal the Hessian of log F is that of F over F; over the slope it is minus the curvatures.
+    back = real(-1.0) / gradient
     kaa = back * _between(ax, ay, az, ax, ay, az, fxx, fyy, fzz, fxy, fxz, fyz)
     kab = back * _between(ax, ay, az, bx, by, bz, fxx, fyy, fzz, fxy, fxz, fyz)
     kbb = back * _between(bx, by, bz, bx, by, bz, fxx, fyy, fzz, fxy, fxz, fyz)
@@ -161,14 +162,14 @@ def nearest_step(ox: real, oy: real, oz: real, f: real, fx: real, fy: real, fz: 
     ux = nx * along - scale * (fxx * dx + fxy * dy + fxz * dz)
     uy = ny * along - scale * (fxy * dx + fyy * dy + fyz * dz)
     uz = nz * along - scale * (fxz * dx + fyz * dy + fzz * dz)
-    unit = real(1.0) / math.sqrt(ux * ux + uy * uy + uz * uz)
+    size = math.sqrt(ux * ux + uy * uy + uz * uz)
     return (
         dx,
         dy,
         dz,
-        ux * unit,
-        uy * unit,
-        uz * unit,
+        ux / size,
+        uy / size,
+        uz / size,
         least,
         ea * ax + eb * bx,
         ea * ay + eb * by,

@@ -10,16 +10,23 @@ import functools
 import warp as wp
 
 from fieldsim.dynamics.contact.nearest import nearest_step
+from fieldsim.dynamics.contact.selection import (
+    MOST,
+    Numbers,
+    Vectors,
+    even,
+    facing,
+    known,
+    least_of,
+    place_for,
+    spread,
+)
 from fieldsim.potentials import registry
 from fieldsim.sources.moments import Moment, fraction, surface_jet
 from fieldsim.sources.rows import ALONE, REACH, shift_of, turn_of
 from fieldsim.sources.stages import Stages
 from fieldsim.sources.surface_velocity import screw
 
-# Contacts of one sphere: the nearest are kept. In general position a ball at rest has three.
-MOST = 4
-Numbers = wp.types.vector(MOST, wp.float64)
-Vectors = wp.types.matrix((MOST, 3), wp.float64)
 # Gaps in units of the surfaces' grain: the accuracy of a place of contact, and the greatest that counts as touching.
 TOLERANCE = wp.constant(wp.float64(1e-10))
 TOUCHING = wp.constant(wp.float64(1e-9))
@@ -212,48 +219,6 @@ def _foot_of(kinds: tuple[int, ...]):
     return foot, len(feet)
 
 
-@wp.func
-def known(count: int, points: Vectors, p: wp.vec3d, within: wp.float64):
-    """Whether one of `count` points is that near to p."""
-    for k in range(count):
-        if wp.length(points[k] - p) <= within:
-            return True
-    return False
-
-
-@wp.func
-def place_for(gap: wp.float64, count: int, gaps: Numbers):
-    """Where there is place for a contact: behind the others, or instead of one with a greater gap; -1 if nowhere."""
-    if count < MOST:
-        return count
-    place = wp.int32(0)
-    for k in range(1, MOST):
-        if gaps[k] > gaps[place]:
-            place = k
-    if gap < gaps[place]:
-        return place
-    return -1
-
-
-@wp.func
-def facing(gaps: Numbers, radius: wp.float64, horizon: wp.float64):
-    """The gaps of a ball whose centre is outside, those to the far sides of bodies as if at the horizon."""
-    for k in range(MOST):
-        if gaps[k] + radius < wp.float64(0.0):
-            gaps[k] = horizon
-    return gaps
-
-
-@wp.func
-def least_of(count: int, gaps: Numbers):
-    """Which of `count` gaps is the least."""
-    which = wp.int32(0)
-    for k in range(1, count):
-        if gaps[k] < gaps[which]:
-            which = k
-    return which
-
-
 @wp.struct
 class Beginning:
     """Where a search begins: the foot, and the start beside it; near: 1 if what it finds can be near enough."""
@@ -349,7 +314,10 @@ def contacts_at(kinds_used):
                     place = wp.int32(-1)
                     if near.found == 1 and gap < horizon:
                         if not known(result.count, result.points, near.point, SAME * grain):
-                            place = place_for(gap, result.count, result.gaps)
+                            if result.count == MOST and even(result.gaps, gap, touching(center, radius, grain)):
+                                place = spread(result.normals, near.normal)
+                            else:
+                                place = place_for(gap, result.count, result.gaps)
                     if place >= 0:
                         result.count = wp.max(result.count, place + 1)
                         result.gaps[place] = gap

@@ -107,3 +107,40 @@ def test_along_two_rails_kinetic_friction_is_that_of_both_contacts():
     speed = math.sin(0.9) - FRICTION / COSINE * math.cos(0.9)
     np.testing.assert_allclose(simulation.velocities[0], [[speed, 0, 0]], atol=1e-7)
     np.testing.assert_allclose(simulation.positions[0], [[0.5 * speed, 0, (RAIL + BALL) * COSINE]], atol=1e-7)
+
+
+def on_posts(posts):
+    """A world of fixed balls in a ring about z, and the centre of a ball of radius 1.2 that lies on all."""
+    world = tilted()
+    places = [(math.cos(a), math.sin(a), 0.0) for a in np.arange(posts) * math.tau / posts]
+    world.add_body(fs.Body([fs.Point(place) for place in places], surface=fs.Material(radius=0.2)))
+    return world, np.array([0.0, 0.0, math.sqrt(1.4**2 - 1.0)])
+
+
+@pytest.mark.parametrize("posts", [8, 12])
+def test_a_ball_on_more_posts_than_contacts_are_kept_goes_straight_up_again_and_comes_to_rest(posts):
+    world, place = on_posts(posts)
+    start = place - 0.3 * DOWN
+    world.add_particles([start], [(0, 0, 0)], radius=1.2, contact=fs.Bounce(1.0))
+    world.add_particles([start], [(0, 0, 0)], radius=1.2, contact=fs.Bounce(0.3))
+    simulation = fs.Simulation(world, fs.Leapfrog(1e-2), threads=1)
+    # The fall takes sqrt(0.6); as long after it the elastic ball is back where it was, at rest.
+    simulation.advance(2.0 * math.sqrt(0.6))
+    np.testing.assert_allclose(simulation.positions[0], [start], atol=1e-3)
+    np.testing.assert_allclose(simulation.velocities[0][:, :2], 0.0, atol=1e-8)
+    simulation.advance(5.0)
+    # Twelve posts melt together a little, which lifts the ball.
+    np.testing.assert_allclose(simulation.positions[1], [place], atol=1e-4)
+    np.testing.assert_array_equal(simulation.velocities[1], 0.0)
+
+
+@pytest.mark.parametrize("clearance", [1e-3, 1e-5])
+def test_between_two_bodies_an_elastic_ball_keeps_its_speed_however_often_it_hits_in_a_step(clearance):
+    world = fs.World()
+    world.add_body(fs.Body([fs.Point((0, 0, 1)), fs.Point((0, 0, -1))], surface=fs.Material(radius=0.5)))
+    velocity = (0.1, 0.0, 1.0)
+    world.add_particles([(0, 0, 0)], [velocity], radius=0.5 * (1.0 - clearance), contact=fs.Bounce(1.0))
+    simulation = fs.Simulation(world, fs.Leapfrog(1e-2), threads=1)
+    simulation.advance(1.0)
+    assert simulation.census()["moving"] == 1
+    assert np.linalg.norm(simulation.velocities[0]) == pytest.approx(np.linalg.norm(velocity), rel=1e-12)

@@ -186,8 +186,7 @@ def contact_step(gravity_kinds, surface_kinds):
             if here.least < -touching(m.x, ball.radius, ball.grain):
                 m.x = push(m.x, ball, surfaces, moment, wp.float64(0.0))
                 here = contacts_of(m.x, ball.radius, horizon, ball.grain, surfaces, moment, wp.float64(0.0))
-                a = pull(m.x, gravity, stage, m.t / dt)
-                m.a = a
+                m.a = pull(m.x, gravity, stage, m.t / dt)
             if m.state == ABSORBED:
                 x, v, there = carry(m.x, here, ball, surfaces, moment, dt - m.t)
                 m.x = x

@@ -108,6 +108,9 @@ def meeting_of(m: Motion, here: Contacts, ball: ContactParticle, dt: wp.float64)
             if leaving < -slow:
                 result.hits = True
                 result.targets[k] = here.speeds[k] - ball.restitution * leaving
+            if leaving > slow:
+                # Pressed on by the others, what is being left throws back no more than came: else energy is made.
+                result.targets[k] = here.speeds[k] - ball.restitution * leaving
             if leaving <= slow and slow > wp.float64(0.0):
                 result.rests = True
             if leaving < result.leaving:

@@ -292,13 +292,8 @@ def beginning(native: bool):
 
 
 @functools.cache
-def deepest(native: bool):
-    """Function (i, at, plan, turns, contacts): the deepest points of geom i, as rows of `contacts`; how many."""
-    begin, search = beginning(native), climb(native)
-    note, is_known = noting(native), _is_known(native)
-    _, outside, _ = placed(native)
-    dot, _, _ = vectors(native)
-    field, merge = field_at(native), _merging(native)
+def _keeping(native: bool):
+    """Function (contacts, count): leaves out rows that are no contacts; how many are left."""
 
     @maker(native)
     def copy(contacts, k, m):
@@ -322,6 +317,14 @@ def deepest(native: bool):
             return 1
         return strict
 
+    return kept
+
+
+@functools.cache
+def _is_begun(native: bool):
+    """Function (core point, foot, longest, contacts, count): see the function."""
+    dot, _, _ = vectors(native)
+
     @maker(native)
     def is_begun(c, q, longest, contacts, count):
         """Whether a search from there would lead to what is known."""
@@ -331,6 +334,17 @@ def deepest(native: bool):
             if dot(d, d) + dot(e, e) < (BESIDE * longest) ** 2:
                 return True
         return False
+
+    return is_begun
+
+
+@functools.cache
+def deepest(native: bool):
+    """Function (i, at, plan, turns, contacts): the deepest points of geom i, as rows of `contacts`; how many."""
+    begin, search = beginning(native), climb(native)
+    note, is_known, is_begun = noting(native), _is_known(native), _is_begun(native)
+    _, outside, _ = placed(native)
+    field, merge, kept = field_at(native), _merging(native), _keeping(native)
 
     @maker(native, inline=False)
     def searched(p, q, longest, i, at, plan, turned, contacts, count):

@@ -144,3 +144,18 @@ def test_between_two_bodies_an_elastic_ball_keeps_its_speed_however_often_it_hit
     simulation.advance(1.0)
     assert simulation.census()["moving"] == 1
     assert np.linalg.norm(simulation.velocities[0]) == pytest.approx(np.linalg.norm(velocity), rel=1e-12)
+
+
+@pytest.mark.parametrize("sideways", [0.2, 0.0, -0.05])
+def test_in_a_nook_no_energy_is_made(sideways):
+    """A ball touches two still balls, one of which it approaches and one it leaves."""
+    height = 0.58
+    world = fs.World()
+    for z in (height, -height):
+        world.add_body(fs.Body(fs.Point((0, 0, z)), surface=fs.Material(radius=0.3)))
+    x = math.sqrt(0.36 - height**2) + 1e-12
+    world.add_particles([(x, 0, 0)], [(sideways, 0, 1.0)], radius=0.3, contact=fs.Bounce(1.0))
+    simulation = fs.Simulation(world, fs.Leapfrog(0.01), threads=1)
+    simulation.advance(0.3)
+    assert simulation.bounces > 0
+    assert np.linalg.norm(simulation.velocities[0]) == pytest.approx(math.hypot(sideways, 1.0), rel=1e-12)

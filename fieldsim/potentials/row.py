@@ -11,7 +11,7 @@ An element is one primitive with its kernel, packed as a row of `ROW_WIDTH` real
 | 4 | FOLD | a Gaussian's folded exponent: h = exp(FOLD - a^2 r^2), so that exp(256) never stands alone |
 | 5-7 | POINT, START, CENTER, CORNER_A | a point, of a plane too; a segment's start; an arc's centre; corner a |
 | 8-10 | END, CORNER_B | a segment's end; corner b |
-| 11-13 | CORNER_C | corner c of a triangle or face |
+| 11-13 | CORNER_C, PEAK | corner c of a triangle or face; where a profile is greatest |
 | 14-16 | AXIS, FIRST, EDGE, TO_CENTER | unit: a segment's axis; an arc's first point from its centre; \
 a triangle's edge from a to b. A face: from a to the solid's centre |
 | 17-19 | NORMAL | unit: normal of an arc's plane, of a plane or of a triangle |
@@ -106,7 +106,7 @@ POINT = START = CENTER = CORNER_A = ROW.vector(
     "a point, of a plane too; a segment's start; an arc's centre; corner a",
 )
 END = CORNER_B = ROW.vector("END CORNER_B", "a segment's end; corner b")
-CORNER_C = ROW.vector("CORNER_C", "corner c of a triangle or face")
+CORNER_C = PEAK = ROW.vector("CORNER_C PEAK", "corner c of a triangle or face; where a profile is greatest")
 AXIS = FIRST = EDGE = TO_CENTER = ROW.vector(
     "AXIS FIRST EDGE TO_CENTER",
     "unit: a segment's axis; an arc's first point from its centre; a triangle's edge from a to b. "
@@ -167,6 +167,7 @@ def _named(columns):
 point_of = start_of = center_of = corner_a_of = vector_of(POINT)
 end_of = corner_b_of = vector_of(END)
 corner_c_of = vector_of(CORNER_C)
+peak_of = vector_of(PEAK)
 axis_of = first_of = edge_of = to_center_of = vector_of(AXIS)
 normal_of = vector_of(NORMAL)
 from_point = from_start = from_center = from_corner_a = offset_from(POINT)

@@ -116,7 +116,7 @@ def nearest_from(kinds_used):
     """
     jet_of = surface_jet(kinds_used)
 
-    @wp.func
+    @wp.func(inline=False)
     def search(
         start: wp.vec3d,
         foot: wp.vec3d,
@@ -219,9 +219,38 @@ def _foot_of(kinds: tuple[int, ...]):
     return foot, len(feet)
 
 
+@functools.cache
+def _inner_of(kinds: tuple[int, ...]):
+    """Warp function (point, foot, rows, kinds, i) -> where a search from a foot of row i goes that finds no field."""
+    used = [formula for formula in registry.FORMULAS.values() if formula.kind in kinds]
+    inner = {one.kind: one.primitive.inner or one.primitive.feet[0] for one in used if one.primitive.feet}
+    if not any(one.primitive.inner for one in used):
+
+        @wp.func
+        def at_foot(
+            p: wp.vec3d, foot: wp.vec3d, rows: wp.array2d(dtype=wp.float64), kinds: wp.array(dtype=wp.int32), i: int
+        ):
+            return foot
+
+        return at_foot
+    place = registry.by_kind(inner).warp(wp.float64)
+
+    @wp.func
+    def inside(
+        p: wp.vec3d, foot: wp.vec3d, rows: wp.array2d(dtype=wp.float64), kinds: wp.array(dtype=wp.int32), i: int
+    ):
+        x, y, z = place(p[0], p[1], p[2], rows, kinds, i)
+        return wp.vec3d(x, y, z)
+
+    return inside
+
+
 @wp.struct
 class Beginning:
-    """Where a search begins: the foot, and the start beside it; near: 1 if what it finds can be near enough."""
+    """Where a search begins: the start beside a foot; near: 1 if what it finds can be near enough.
+
+    foot: where the search goes if there is no field: the foot, or another place of the element.
+    """
 
     near: wp.int32
     foot: wp.vec3d
@@ -238,6 +267,7 @@ def beginning_at(kinds_used):
     fixed_kinds, moving_kinds = kinds_used
     foot_fixed, _ = _foot_of(fixed_kinds)
     foot_moving, _ = _foot_of(moving_kinds)
+    inner_fixed, inner_moving = _inner_of(fixed_kinds), _inner_of(moving_kinds)
 
     @wp.func
     def still(i: int, which: int, center: wp.vec3d, within: wp.float64, surfaces: Stages, moment: Moment,
@@ -246,7 +276,7 @@ def beginning_at(kinds_used):
         foot = foot_fixed(center, surfaces.rows, surfaces.kinds, i, which)
         if wp.length(foot - center) - surfaces.rows[i, REACH] < within:
             result.near = wp.int32(1)
-            result.foot = foot
+            result.foot = inner_fixed(center, foot, surfaces.rows, surfaces.kinds, i)
             result.start = foot + surfaces.rows[i, ALONE] * direction_from(foot, center)
         return result
 
@@ -265,8 +295,10 @@ def beginning_at(kinds_used):
         foot = foot_moving(back, surfaces.moving_rows, surfaces.moving_kinds, row, which)
         if wp.length(foot - back) - surfaces.moving_rows[row, REACH] < within:
             result.near = wp.int32(1)
-            result.foot = screw(foot, turn, shift)
-            result.start = result.foot + surfaces.moving_rows[row, ALONE] * direction_from(result.foot, center)
+            inner = inner_moving(back, foot, surfaces.moving_rows, surfaces.moving_kinds, row)
+            result.foot = screw(inner, turn, shift)
+            foot = screw(foot, turn, shift)
+            result.start = foot + surfaces.moving_rows[row, ALONE] * direction_from(foot, center)
         return result
 
     return changing if moving_kinds else still
@@ -280,8 +312,8 @@ def contacts_at(kinds_used):
     search = nearest_from(kinds_used)
     jet_of = surface_jet(kinds_used)
 
-    # One function, since contacts are much to copy.
-    @wp.func
+    # One function, since contacts are much to copy, and one copy of its code: it is called in many places.
+    @wp.func(inline=False)
     def contacts(
         center: wp.vec3d,
         radius: wp.float64,
@@ -296,7 +328,7 @@ def contacts_at(kinds_used):
         result.least = horizon
         through = wp.int32(0)
         for i in range(surfaces.kinds.shape[0] + surfaces.moving):
-            for which in range(feet):
+            for which in range(wp.int32(feet)):  # no constant, for which Warp would write the loop out
                 beginning = begin(i, which, center, radius + horizon, surfaces, moment, later)
                 start = beginning.start
                 searching = beginning.near == 1 and not known(result.count, result.points, start, BASIN * grain)

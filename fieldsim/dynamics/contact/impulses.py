@@ -79,7 +79,7 @@ def settle(pressing: bool):
     impulses along the normals are found; otherwise they are given, and there is friction alone.
     """
 
-    @wp.func
+    @wp.func(inline=False)
     def settled(
         v: wp.vec3d,
         spin: wp.vec3d,
@@ -92,7 +92,7 @@ def settle(pressing: bool):
     ):
         rubs = Vectors()
         # First without friction, which would take for slip what presses the ball into a groove.
-        for rubbing in range(2):
+        for rubbing in range(wp.where(ball.friction > wp.float64(0.0), 2, 1)):
             for _ in range(SWEEPS):
                 change = wp.float64(0.0)
                 for k in range(contacts.count):
@@ -109,8 +109,6 @@ def settle(pressing: bool):
                         change = wp.max(change, wp.length(v - before))
                 if change <= SETTLED * (wp.length(v) + change):
                     break
-            if ball.friction == wp.float64(0.0):
-                break
         result = Settled()
         result.v = v
         result.spin = spin

@@ -6,13 +6,15 @@ import warnings
 import numpy as np
 import warp as wp
 
-from fieldsim.errors import FieldsimWarning
+from fieldsim.dynamics.refusals import body_name
+from fieldsim.errors import FieldsimWarning, InputError
 from fieldsim.potentials.bounds.reach import scale
 from fieldsim.sources.elements import Sources
 from fieldsim.sources.field import field_and_gradient
 from fieldsim.sources.margins import sweeps, with_reach
 from fieldsim.sources.stages import Stages, tables, upload
 from fieldsim.sources.surface_velocity import twists
+from fieldsim.world.motion import Spin
 
 
 def surfaces_touched(world, time: float, free=None) -> "Surfaces | None":
@@ -33,6 +35,7 @@ class Surfaces:
         self.grain = 0.5 * np.min(np.concatenate(lengths), initial=math.inf)
         self._still = None
         self._warned = False
+        self._spins = [(k, b) for k, b in enumerate(world.bodies) if b.surface and isinstance(b.motion, Spin)]
 
     def __len__(self) -> int:
         return len(self.sources)
@@ -41,6 +44,7 @@ class Surfaces:
         """The tables of a launch whose stages are at `times`."""
         if self._still is not None and not self.sources.moving:
             return self._still
+        self._refuse_spins(times)
         rows = with_reach(self.sources.rows_at(times), self.sources.moving_kinds, len(self))
         sweep = sweeps(rows, self.sources.moving_kinds)
         deforming = self.sources.deforming
@@ -57,6 +61,17 @@ class Surfaces:
         """The field of the surfaces at `points` (N,) of vec3d at `time`, (N,): 1 on the surface."""
         stages = upload(self.sources, np.array([time]), points.device)
         return field_and_gradient(self.sources, stages, points, threads=threads)[0].numpy()
+
+    def _refuse_spins(self, times):
+        """Raise InputError where a body spins by half a turn from one time to the next: poses do not tell which way."""
+        step = np.diff(times).max(initial=0.0)
+        for index, body in self._spins:
+            rate = abs(body.motion.rate)
+            if rate * step >= math.pi:
+                raise InputError(
+                    f"{body_name(index, body)} spins by {rate * step / math.tau:.3g} turns in a step of {step:g}: what "
+                    f"particles touch of it is not known then; give a dt below {math.pi / rate:.3g}"
+                )
 
     def _warn_of_leaps(self, sweep, times):
         fastest = int(np.argmax(sweep))

@@ -88,6 +88,8 @@ class Primitive:
     # The first gives the nearest point, the others points from where a search finds all that are nearest of those
     # around them; a convex primitive has one.
     feet: typing.ClassVar[tuple[Portable, ...]]
+    # A portable like those: where a search for its surface goes that finds no field beside a foot; None: to the foot.
+    inner: typing.ClassVar[Portable | None] = None
     # Whether it is a piece of a whole line or plane, so that its field is no more than theirs where `uniform`.
     straight: typing.ClassVar[bool]
     nearby: typing.ClassVar[float]

@@ -21,9 +21,10 @@ import numpy as np
 
 from fieldsim import validate
 from fieldsim.errors import InputError
+from fieldsim.portable import Table, portable, real
 from fieldsim.potentials.primitives.arc import Arc
 from fieldsim.potentials.primitives.segment import Segment
-from fieldsim.potentials.row import COEFFICIENTS, OWN, PROFILE_DEGREE, PROFILE_SHAPE
+from fieldsim.potentials.row import COEFFICIENTS, OWN, PEAK, PROFILE_DEGREE, PROFILE_SHAPE, peak_of
 from fieldsim.types import RealLike, Timed, VectorLike
 
 SHAPES = ("along", "hat", "sine")
@@ -61,6 +62,11 @@ class Profile:
         checked = tuple(validate.number("Profile", f"coefficients[{k}]", c) for k, c in enumerate(given))
         object.__setattr__(self, "coefficients", checked)
 
+    def values(self, u: np.ndarray) -> np.ndarray:
+        """The factors p(u) (N,) at u (N,)."""
+        s = {"along": u, "hat": 1.0 - np.abs(2.0 * u - 1.0), "sine": np.sin(np.pi * u) ** 2}[self.shape]
+        return np.polynomial.polynomial.polyval(s, self.coefficients)
+
     def pack(self, row: np.ndarray) -> None:
         """Write shape and coefficients into an element row."""
         row[OWN] = 0.0
@@ -96,11 +102,19 @@ def polynomial(*coefficients: RealLike) -> Profile:
     return Profile(tuple(validate.number("polynomial", f"coefficients[{k}]", c) for k, c in enumerate(coefficients)))
 
 
+@portable
+def peak(x: real, y: real, z: real, rows: Table, i: int):
+    """Where a row's profile is greatest."""
+    return peak_of(rows, i)
+
+
 class Profiled:
     """What primitives with a profile along them share."""
 
     profiled = True
     along_rays = ""
+    # Beside a foot the profile may be 0.
+    inner = peak
 
     # The primitive without a profile.
     plain_kind: typing.ClassVar[typing.Any]
@@ -119,6 +133,8 @@ class Profiled:
         """Write the primitive and its profile into an element row."""
         self.plain_kind.pack(self, row)
         self.profile.pack(row)
+        highest = np.full((1, 1), _PROBES[np.argmax(self.profile.values(_PROBES))])
+        row[PEAK] = self.row_places(row[None], highest, np.zeros((1, 1)))[0]
 
     @staticmethod
     def row_factor(rows: np.ndarray) -> float | np.ndarray:

@@ -197,3 +197,31 @@ def test_balls_bounce_off_kernels_that_end(kernel):
     assert simulation.events.times[0] == pytest.approx(2.0 - 1.2 * across[0], abs=1e-9)
     np.testing.assert_allclose(simulation.events.positions[0], 0.3 * across, atol=1e-9)
     np.testing.assert_allclose(simulation.velocities[0][0], [-1.0, 0, 0] + 2.0 * across[0] * across, atol=1e-9)
+
+
+def test_balls_bounce_off_the_tip_of_a_spindle():
+    """Its profile, and so its field, is 0 at the tip and beyond."""
+    world = fs.World()
+    spindle = fs.profiled(fs.Segment((-1, 0, 0), (1, 0, 0)), fs.profile.hat(0.0, 1.0))
+    body = world.add_body(fs.Body(spindle, surface=fs.Material(radius=0.25)))
+    world.add_particles([(3.0, 0, 0)], [(-1.0, 0, 0)], radius=1.0, contact=fs.Bounce(1.0))
+    simulation = fs.Simulation(world, fs.Leapfrog(0.01), threads=1)
+    simulation.advance(2.5)
+    assert simulation.bounces == 1
+    tip = simulation.events.positions[0, 0]
+    assert body.surface_field().value((tip, 0, 0)) == pytest.approx(1.0, abs=1e-8)
+    assert simulation.positions[0][0, 0] == pytest.approx(1.0 + tip + 2.5 - (2.0 - tip), abs=1e-8)
+
+
+def test_what_spins_by_half_a_turn_in_a_step_is_refused():
+    for rate, fails in ((300.0, False), (320.0, True)):
+        world = fs.World()
+        wire = fs.Segment((0.2, 0, 0), (1, 0, 0))
+        world.add_body(fs.Body(wire, surface=fs.Material(radius=0.2), motion=fs.Spin(rate=rate), name="fan"))
+        world.add_particles([(3.0, 0, 0)], [(0, 0, 0)], radius=0.1, contact=fs.Bounce(1.0))
+        simulation = fs.Simulation(world, fs.Leapfrog(0.01))
+        if fails:
+            with pytest.raises(fs.InputError, match=r"Body 0 \(fan\) spins by 0.509 turns in a step of 0.01"):
+                simulation.advance(0.05)
+        else:
+            simulation.advance(0.05)

@@ -62,11 +62,6 @@ class Profile:
         checked = tuple(validate.number("Profile", f"coefficients[{k}]", c) for k, c in enumerate(given))
         object.__setattr__(self, "coefficients", checked)
 
-    def values(self, u: np.ndarray) -> np.ndarray:
-        """The factors p(u) (N,) at u (N,)."""
-        s = {"along": u, "hat": 1.0 - np.abs(2.0 * u - 1.0), "sine": np.sin(np.pi * u) ** 2}[self.shape]
-        return np.polynomial.polynomial.polyval(s, self.coefficients)
-
     def pack(self, row: np.ndarray) -> None:
         """Write shape and coefficients into an element row."""
         row[OWN] = 0.0
@@ -133,8 +128,8 @@ class Profiled:
         """Write the primitive and its profile into an element row."""
         self.plain_kind.pack(self, row)
         self.profile.pack(row)
-        highest = np.full((1, 1), _PROBES[np.argmax(self.profile.values(_PROBES))])
-        row[PEAK] = self.row_places(row[None], highest, np.zeros((1, 1)))[0]
+        u = np.full((1, 1), _highest(self.profile))
+        row[PEAK] = self.row_places(row[None], u, u)[0]
 
     @staticmethod
     def row_factor(rows: np.ndarray) -> float | np.ndarray:
@@ -148,6 +143,13 @@ class Profiled:
         slope = np.abs(np.gradient(values, _PROBES, axis=-1)).max(axis=-1) / np.abs(values).max(axis=-1)
         # u changes by 2 / length along a hat, and on an arc faster nearer to its axis.
         return (4.0 * slope / cls.plain_kind.row_measure(rows)) ** 2
+
+
+def _highest(profile):
+    """Where along it a profile is greatest, u from 0 to 1."""
+    u = _PROBES
+    s = {"along": u, "hat": 1.0 - np.abs(2.0 * u - 1.0), "sine": np.sin(np.pi * u) ** 2}[profile.shape]
+    return u[np.argmax(np.polynomial.polynomial.polyval(s, profile.coefficients))]
 
 
 def _sampled(rows):

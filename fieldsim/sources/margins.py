@@ -1,8 +1,8 @@
 """Margins: a safe distance to the surface, and how fast it shrinks.
 
-A surface element's row gets one more column, REACH: where a point is farther from every primitive than its reach, the
-sum of all elements cannot come to 1. The least of distance minus reach over the elements, the *margin*, is therefore a
-safe distance to the surface F = 1.
+A surface element's row gets two more columns, ALONE (see `rows`) and REACH: where a point is farther from every
+primitive than its reach, the sum of all elements cannot come to 1. The least of distance minus reach over the elements,
+the *margin*, is therefore a safe distance to the surface F = 1.
 """
 
 import functools

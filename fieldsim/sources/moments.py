@@ -10,6 +10,7 @@ import functools
 import warp as wp
 
 from fieldsim.potentials import registry
+from fieldsim.sources.field import jet_at
 from fieldsim.sources.rows import DEFORMS, shift_of, turn_of
 from fieldsim.sources.stages import Stages
 from fieldsim.sources.surface_velocity import screw
@@ -80,18 +81,16 @@ def mixed(f: wp.float64, g: wp.vec3d, h: wp.mat33d, f1: wp.float64, g1: wp.vec3d
 def surface_jet(kinds_used):
     """Warp function (point, surfaces, moment, time after it) -> SurfaceJet."""
     fixed_kinds, moving_kinds = kinds_used
-    fixed = registry.jet_sum(fixed_kinds).warp(wp.float64)
+    fixed = jet_at((fixed_kinds, ()))
     one = registry.element_jet(moving_kinds).warp(wp.float64)
 
     @wp.func
     def still(p: wp.vec3d, surfaces: Stages, moment: Moment, later: wp.float64):
         jet = SurfaceJet()
-        f, x, y, z, xx, yy, zz, xy, xz, yz = fixed(
-            p[0], p[1], p[2], surfaces.rows, surfaces.kinds, 0, surfaces.kinds.shape[0]
-        )
+        f, g, h = fixed(p, surfaces, moment.stage)
         jet.f = f
-        jet.gradient = wp.vec3d(x, y, z)
-        jet.hessian = wp.mat33d(xx, xy, xz, xy, yy, yz, xz, yz, zz)
+        jet.gradient = g
+        jet.hessian = h
         return jet
 
     @wp.func

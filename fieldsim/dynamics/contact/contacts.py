@@ -22,6 +22,7 @@ from fieldsim.dynamics.contact.selection import (
     spread,
 )
 from fieldsim.potentials import registry
+from fieldsim.potentials.bounds.feet import foot_of, most_feet
 from fieldsim.sources.moments import Moment, fraction, surface_jet
 from fieldsim.sources.rows import ALONE, REACH, shift_of, turn_of
 from fieldsim.sources.stages import Stages
@@ -98,14 +99,6 @@ def tolerance(p: wp.vec3d, radius: wp.float64, grain: wp.float64):
 def touching(p: wp.vec3d, radius: wp.float64, grain: wp.float64):
     """The greatest gap of a sphere at p that counts as touching, a length."""
     return wp.max(TOUCHING * grain, wp.float64(4.0) * ROUNDING * (wp.length(p) + radius))
-
-
-@wp.func
-def twist_of(contacts: Contacts, k: int):
-    """(turn, shift) per step of the material at contact k."""
-    turn = wp.vec3d(contacts.turns[k, 0], contacts.turns[k, 1], contacts.turns[k, 2])
-    shift = wp.vec3d(contacts.shifts[k, 0], contacts.shifts[k, 1], contacts.shifts[k, 2])
-    return turn, shift
 
 
 @functools.cache
@@ -186,40 +179,6 @@ def direction_from(foot: wp.vec3d, center: wp.vec3d):
 
 
 @functools.cache
-def _feet_of(kinds: tuple[int, ...]):
-    """Portables (x, y, z, rows, kinds, i) -> a foot of row i: the first feet of all primitives, the second, ..."""
-    primitives = {formula.kind: formula.primitive for formula in registry.FORMULAS.values()}
-    used = [kind for kind in kinds or (min(primitives),) if primitives[kind].feet]
-    most = max((len(primitives[kind].feet) for kind in used), default=1)
-    # Who has fewer gives the first once more; what a search from there would find is known then.
-    return [
-        registry.by_kind({kind: (primitives[kind].feet * most)[0 if which >= len(primitives[kind].feet) else which]
-                          for kind in used})
-        for which in range(most)
-    ]  # fmt: skip
-
-
-@functools.cache
-def _foot_of(kinds: tuple[int, ...]):
-    """Warp function (point, rows, kinds, i, which) -> foot number `which` of row i; and how many there are."""
-    feet = _feet_of(kinds)
-    first, second, third = ((feet * 3)[k].warp(wp.float64) for k in range(3))
-
-    @wp.func
-    def foot(p: wp.vec3d, rows: wp.array2d(dtype=wp.float64), kinds: wp.array(dtype=wp.int32), i: int, which: int):
-        if which == 1:
-            x1, y1, z1 = second(p[0], p[1], p[2], rows, kinds, i)
-            return wp.vec3d(x1, y1, z1)
-        if which == 2:
-            x2, y2, z2 = third(p[0], p[1], p[2], rows, kinds, i)
-            return wp.vec3d(x2, y2, z2)
-        x, y, z = first(p[0], p[1], p[2], rows, kinds, i)
-        return wp.vec3d(x, y, z)
-
-    return foot, len(feet)
-
-
-@functools.cache
 def _inner_of(kinds: tuple[int, ...]):
     """Warp function (point, foot, rows, kinds, i) -> where a search from a foot of row i goes that finds no field."""
     used = [formula for formula in registry.FORMULAS.values() if formula.kind in kinds]
@@ -265,15 +224,15 @@ def beginning_at(kinds_used):
     surface matters.
     """
     fixed_kinds, moving_kinds = kinds_used
-    foot_fixed, _ = _foot_of(fixed_kinds)
-    foot_moving, _ = _foot_of(moving_kinds)
+    foot_fixed, foot_moving = (foot_of(kinds).warp(wp.float64) for kinds in kinds_used)
     inner_fixed, inner_moving = _inner_of(fixed_kinds), _inner_of(moving_kinds)
 
     @wp.func
     def still(i: int, which: int, center: wp.vec3d, within: wp.float64, surfaces: Stages, moment: Moment,
               later: wp.float64):  # fmt: skip
         result = Beginning()
-        foot = foot_fixed(center, surfaces.rows, surfaces.kinds, i, which)
+        x, y, z = foot_fixed(center[0], center[1], center[2], surfaces.rows, surfaces.kinds, i, which)
+        foot = wp.vec3d(x, y, z)
         if wp.length(foot - center) - surfaces.rows[i, REACH] < within:
             result.near = wp.int32(1)
             result.foot = inner_fixed(center, foot, surfaces.rows, surfaces.kinds, i)
@@ -292,7 +251,8 @@ def beginning_at(kinds_used):
         turn = s * turn_of(surfaces.moving_rows, row)
         shift = s * shift_of(surfaces.moving_rows, row)
         back = screw(center, -turn, -shift)
-        foot = foot_moving(back, surfaces.moving_rows, surfaces.moving_kinds, row, which)
+        x, y, z = foot_moving(back[0], back[1], back[2], surfaces.moving_rows, surfaces.moving_kinds, row, which)
+        foot = wp.vec3d(x, y, z)
         if wp.length(foot - back) - surfaces.moving_rows[row, REACH] < within:
             result.near = wp.int32(1)
             inner = inner_moving(back, foot, surfaces.moving_rows, surfaces.moving_kinds, row)
@@ -307,7 +267,7 @@ def beginning_at(kinds_used):
 @functools.cache
 def contacts_at(kinds_used):
     """Warp function (centre, radius, horizon, grain, surfaces, moment, time after it) -> Contacts nearer than that."""
-    feet = max(_foot_of(kinds)[1] for kinds in kinds_used)
+    feet = max(map(most_feet, kinds_used))
     begin = beginning_at(kinds_used)
     search = nearest_from(kinds_used)
     jet_of = surface_jet(kinds_used)

@@ -9,7 +9,7 @@ import functools
 
 import warp as wp
 
-from fieldsim.dynamics.contact.contacts import Contacts, Numbers, Vectors, twist_of
+from fieldsim.dynamics.contact.contacts import Contacts, Numbers, Vectors
 from fieldsim.dynamics.contact.laws import coulomb
 from fieldsim.dynamics.contact.particle_state import ContactParticle
 
@@ -38,11 +38,10 @@ def grounds_of(contacts: Contacts, x: wp.vec3d, ball: ContactParticle, dt: wp.fl
     """
     grounds = Vectors()
     for k in range(contacts.count):
-        turn, shift = twist_of(contacts, k)
         p = x
         if ball.mobility != wp.float64(1.0):
             p = contacts.points[k]
-        grounds[k] = (wp.cross(turn, p) + shift) / dt
+        grounds[k] = (wp.cross(contacts.turns[k], p) + contacts.shifts[k]) / dt
     return grounds
 
 

@@ -105,11 +105,9 @@ def meeting_of(m: Motion, here: Contacts, ball: ContactParticle, dt: wp.float64)
         if result.active[k] != wp.float64(0.0):
             leaving = wp.dot(m.v, here.normals[k]) - here.speeds[k]
             slow = slow_at(here.normals[k], m.a, dt)
-            if leaving < -slow:
-                result.hits = True
-                result.targets[k] = here.speeds[k] - ball.restitution * leaving
-            if leaving > slow:
-                # Pressed on by the others, what is being left throws back no more than came: else energy is made.
+            result.hits = result.hits or leaving < -slow
+            if wp.abs(leaving) > slow:
+                # What is being left, if the others press on it, throws back no more than came: else energy is made.
                 result.targets[k] = here.speeds[k] - ball.restitution * leaving
             if leaving <= slow and slow > wp.float64(0.0):
                 result.rests = True

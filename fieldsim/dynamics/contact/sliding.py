@@ -18,7 +18,6 @@ from fieldsim.dynamics.contact.contacts import (
     contacts_at,
     tolerance,
     touching,
-    twist_of,
 )
 from fieldsim.dynamics.contact.event_detection import ALIKE, REFINEMENTS, Motion
 from fieldsim.dynamics.contact.impulses import Settled, grounds_of, settle
@@ -96,7 +95,8 @@ def carry_along(kinds_used):
     def carry(
         x: wp.vec3d, here: Contacts, ball: ContactParticle, surfaces: Stages, moment: Moment, duration: wp.float64
     ):
-        turn, shift = twist_of(here, here.which)
+        turn = here.turns[here.which]
+        shift = here.shifts[here.which]
         share = duration / moment.dt
         x = screw(x, share * turn, share * shift)
         # What grows or melts together comes nearer or goes away besides.
@@ -116,7 +116,7 @@ def sticks(m: Motion, here: Contacts, active: Numbers, grounds: Vectors, ball: C
            dt: wp.float64):  # fmt: skip
     """Whether the contacts can end all motion relative to the material within h, and hold the ball there."""
     ground = grounds[here.which]
-    turn, _shift = twist_of(here, here.which)
+    turn = here.turns[here.which]
     # In the frame of the material, which is accelerated towards its axis.
     a = m.a - wp.cross(turn, ground) / dt
     end = _settle(m.v + h * a, m.spin, here, active, here.speeds, Numbers(), grounds, ball)
@@ -301,9 +301,8 @@ def supported(gravity_kinds, surface_kinds):
             x, v, there = carry(m.x, here, ball, surfaces, moment, h)
             result.x = x
             result.v = v
-            turn, _shift = twist_of(here, here.which)
             if ball.mobility != wp.float64(1.0):
-                result.spin = turn / moment.dt
+                result.spin = here.turns[here.which] / moment.dt
             result.here = there
             a = pull(x, gravity, moment.stage, wp.float64(1.0))
             result.a = a

@@ -5,31 +5,24 @@ import math
 from fieldsim.mujoco.callback.rows import REACH, WEIGHT
 from fieldsim.portable import Indices, Portable, Table, hole, portable, real
 from fieldsim.potentials import registry
+from fieldsim.potentials.bounds.feet import foot_of
 
-foot_0 = hole("x, y, z, rows, kinds, i")
-foot_1 = hole("x, y, z, rows, kinds, i")
-foot_2 = hole("x, y, z, rows, kinds, i")
+foot = hole("x, y, z, rows, kinds, i, which")
 field = hole("x, y, z, rows, kinds, i")
 
 
 @portable
-def _foot(x: real, y: real, z: real, rows: Table, kinds: Indices, i: int, which: int):
-    px, py, pz = foot_0(x, y, z, rows, kinds, i)
-    if which == 1:
-        px, py, pz = foot_1(x, y, z, rows, kinds, i)
-    if which == 2:
-        px, py, pz = foot_2(x, y, z, rows, kinds, i)
+def _near_foot(x: real, y: real, z: real, rows: Table, kinds: Indices, i: int, which: int):
+    px, py, pz = foot(x, y, z, rows, kinds, i, which)
     dx = x - px
     dy = y - py
     dz = z - pz
     return px, py, pz, math.sqrt(dx * dx + dy * dy + dz * dz) - rows[i, REACH]
 
 
-def foot_of(kinds: tuple[int, ...]) -> Portable:
+def near_foot_of(kinds: tuple[int, ...]) -> Portable:
     """Portable (x, y, z, rows, kinds, i, which) -> that one of the feet of element i, its distance minus the reach."""
-    feet = {kind: formula.primitive.feet for kind, formula in registry.formulas_of(kinds).items()}
-    chosen = [registry.by_kind({kind: one[min(k, len(one) - 1)] for kind, one in feet.items()}) for k in range(3)]
-    return _foot.bind(**{f"foot_{k}": one for k, one in enumerate(chosen)})
+    return _near_foot.bind(foot=foot_of(kinds))
 
 
 @portable

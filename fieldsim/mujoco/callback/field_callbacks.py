@@ -7,7 +7,7 @@ and a portable function in Python. `caller(name, native)` calls it either way.
 import functools
 
 from fieldsim import launch
-from fieldsim.mujoco.callback.feet import foot_of, weight_of
+from fieldsim.mujoco.callback.feet import near_foot_of, weight_of
 from fieldsim.potentials import registry
 from fieldsim.sources.margins import margin_of
 
@@ -20,7 +20,7 @@ _PORTABLE = {
     "jet": registry.jet_sum,
     "margin": margin_of,
     "weight": weight_of,
-    "foot": foot_of,
+    "foot": near_foot_of,
 }
 
 

@@ -176,8 +176,9 @@ class FieldForces(Uncopied):
 
     def _introduce(self):
         """Make the entry by which native code knows it."""
-        act, watched, weightless = self._evaluator.native, self._watch.rows, self.keep_gravity is False
-        self.entry = entries.entry_of(self.model, self.mark, *act, watched, self._told, weightless)
+        act, watched = self._evaluator.native, self._watch.rows
+        flags = {"weightless": self.keep_gravity is False, "touching": self.contact is not None}
+        self.entry = entries.entry_of(self.model, self.mark, *act, watched, self._told, **flags)
         self._outgrown.append((self._watch, self._evaluator.plan, self._evaluator.head, self.entry))
         entries.set_mark(self.model._address, self.mark)
         if ownership.renew(self):
@@ -200,9 +201,7 @@ class FieldForces(Uncopied):
         found = self._surveyed(self.data)
         checks.finite(model, self.bodies, np.hstack([found, self._at_centers()]))
         self._warn_of_long_steps()
-        inside = notices.start_inside(model, self._evaluator.plan, found, self.contact)
-        if inside:
-            warnings.warn(f"FieldForces: {inside}", FieldsimWarning, stacklevel=2)
+        self._warn_of_start_inside(found)
         try:
             ownership.begin(self)
             if self.keep_gravity is False:
@@ -214,6 +213,15 @@ class FieldForces(Uncopied):
             self.__exit__(*sys.exc_info())
             raise
         return self
+
+    def warn_of_start(self) -> None:
+        """Tell of what is inside of a surface now: its data was reset."""
+        self._warn_of_start_inside(self._surveyed(self.data))
+
+    def _warn_of_start_inside(self, found):
+        words = notices.start_inside(self.model, self._evaluator.plan, found, self.contact)
+        if words:
+            warnings.warn(f"FieldForces: {words}", FieldsimWarning, stacklevel=3)
 
     def _warn_of_long_steps(self):
         words = notices.too_long_steps(self.model, self._evaluator.plan, self.contact)

@@ -30,16 +30,18 @@ from fieldsim.mujoco.callback.rows import BYTES, COPY, OWN, PLACE, WATCHED_WIDTH
 _NV, _NBODY, _SIGNATURE = (PLACES[name] for name in layout.MODEL_FIELDS[:3])
 _TIME, _TIMESTEP, _OWN, _MARK, _SIZE = (PLACES[name] for name in ("time", "timestep", "gravity", "mark", "size"))
 
+# Numbers of an entry.
+ENTRY_WIDTH = 11
 # Models at most that feel fields at the same time.
 MOST = 256
 # How many of the rows may be in use, and the address of the callback that was there before.
 HEADER = np.zeros(2, dtype=np.int64)
 # Of each: 0-3 its model's address, mark, sizes and signature; 4 the address of the entry, 0 where there is none; 5 how
 # many threads are at work with it; 6 the thread that entered the field; 7 where its data keeps the time; 8-10 see
-# `count_strangers`.
-ROWS = np.zeros((MOST, 11), dtype=np.int64)
+# `count_strangers`; 11 the bits of the time at which its data was last, see `is_set_back`.
+ROWS = np.zeros((MOST, 12), dtype=np.int64)
 HEADER_ADDRESS, ROWS_ADDRESS = HEADER.ctypes.data, ROWS.ctypes.data
-MODEL, _MARKED, _SIZES, _SIGNED, ENTRY, BUSY, _THREAD, _CLOCK, _TWINS, HEIRS, FRESH = range(ROWS.shape[1])
+MODEL, _MARKED, _SIZES, _SIGNED, ENTRY, BUSY, _THREAD, _CLOCK, _TWINS, HEIRS, FRESH, _LATEST = range(ROWS.shape[1])
 
 
 def mark_of(model: int) -> int:
@@ -85,12 +87,22 @@ def is_of(known, model, mark, sizes, signature):
     return mark != 0 and known[1] == mark and known[2] == sizes and alike
 
 
-def entry_of(model, mark: int, function: int, head: int, watched: np.ndarray, told: np.ndarray, weightless: bool):
-    """Entry (10,): 0-3 a model's address, mark, sizes and signature; 4 the function that acts on it (0: Python).
+def entry_of(
+    model,
+    mark: int,
+    function: int,
+    head: int,
+    watched: np.ndarray,
+    told: np.ndarray,
+    *,
+    weightless: bool,
+    touching: bool,
+):
+    """Entry (ENTRY_WIDTH,): 0-3 a model's address, mark, sizes and signature; 4 the function that acts (0: Python).
 
     5 its head; 6, 7 address and number of the rows of a `Watch`; 8 address of `told` (2,), which counts how often
     copies of the model differed in what is watched, so that they felt the field as the model would, and how often they
-    had gravity of their own where they should be (9) weightless.
+    had gravity of their own where they should be (9) weightless; 10 whether starts inside of surfaces are looked for.
     """
     address, sizes = model._address, (model.nbody << 32) + model.nv
     row = [
@@ -104,7 +116,7 @@ def entry_of(model, mark: int, function: int, head: int, watched: np.ndarray, to
         len(watched),
         told.ctypes.data,
     ]
-    return np.array([*row, told.ctypes.data, weightless], dtype=np.int64)
+    return np.array([*row, weightless, touching], dtype=np.int64)
 
 
 @numba.njit
@@ -130,6 +142,34 @@ def count_weight(entry, model):
             numba.carray(words(entry[8]), (2,))[1] += 1
 
 
+@numba.njit
+def is_set_back(row, entry, data):
+    """Whether a row's own data, of what touches, is at an earlier time than before: it was reset.
+
+    row: the row's address. Else the time is noted, here, and where it is by `begin_anew`.
+    """
+    clock, latest = word(row + 8 * _CLOCK), row + 8 * _LATEST
+    if entry[10] == 0 or clock != data + _TIME:
+        return False
+    if double(clock) < double(latest):
+        return True
+    numba.carray(words(latest), (1,))[0] = word(clock)
+    return False
+
+
+def begin_anew(row: int, data: int) -> bool:
+    """Whether the data at an address is that of a row and `is_set_back`, which then is noted."""
+    clock, latest = data + _TIME, ROWS[row, _LATEST : _LATEST + 1]
+    if not ROWS[row, _CLOCK] == clock or not _time_at(clock) < latest.view(np.float64)[0]:
+        return False
+    latest.view(np.float64)[0] = _time_at(clock)
+    return True
+
+
+def _time_at(clock):
+    return ctypes.c_double.from_address(clock).value
+
+
 def is_copy(entry, model: int) -> bool:
     """Whether the model at an address is that of an entry, or a copy of it."""
     return bool(is_of(entry, model, mark_of(model), sizes_in(model), signature_of(model)))
@@ -138,7 +178,7 @@ def is_copy(entry, model: int) -> bool:
 def publish(row: int, entry: np.ndarray, data: int) -> None:
     """Let a row be of an entry, from now on; data: the address of its own."""
     ROWS[row, :4] = entry[:4]
-    ROWS[row, _THREAD:] = threading.get_ident(), data + _TIME, 0, 0, 1
+    ROWS[row, _THREAD:] = threading.get_ident(), data + _TIME, 0, 0, 1, ctypes.c_int64.from_address(data + _TIME).value
     HEADER[0] = max(HEADER[0], row + 1)
     renew(row, entry)
 

@@ -7,7 +7,7 @@ import functools
 import math
 
 from fieldsim.mujoco.callback.field_callbacks import caller
-from fieldsim.mujoco.callback.rows import AXIS_X, CENTER_X, COUNT, FIRST, PHASE, RATE, SPINS
+from fieldsim.mujoco.callback.rows import AXIS_X, CENTER_X, COUNT, FIRST, INSIDE_X, PHASE, RATE, SPINS
 from fieldsim.numerics.rotations import rotation
 
 
@@ -229,21 +229,45 @@ def room_at(native: bool):
 
 
 @functools.cache
+def _out_of_group(native: bool):
+    """Function (point, source, turns, group): `into_group` back."""
+    turn, _ = turns(native)
+
+    @maker(native)
+    def world(q, source, turned, g):
+        if not source.groups[g, SPINS]:
+            return q
+        motions = source.motions
+        cx, cy, cz = motions[g, CENTER_X], motions[g, CENTER_X + 1], motions[g, CENTER_X + 2]
+        x, y, z = turn(turned, g, (q[0] - cx, q[1] - cy, q[2] - cz))
+        return x + cx, y + cy, z + cz
+
+    return world
+
+
+@functools.cache
 def near_foot(native: bool):
     """Function (point, source, turns, group, i, k) -> the k-th foot on element i, of that group, and its margin."""
     foot = caller("foot", native)
-    local = into_group(native)
-    turn, _ = turns(native)
+    local, world = into_group(native), _out_of_group(native)
 
     @maker(native)
     def near(p, source, turned, g, i, k):
         q = local(p, source, turned, g)
         x, y, z, margin = foot(q[0], q[1], q[2], source, i, k)
-        if not source.groups[g, SPINS]:
-            return (x, y, z), margin
-        motions = source.motions
-        cx, cy, cz = motions[g, CENTER_X], motions[g, CENTER_X + 1], motions[g, CENTER_X + 2]
-        x, y, z = turn(turned, g, (x - cx, y - cy, z - cz))
-        return (x + cx, y + cy, z + cz), margin
+        return world((x, y, z), source, turned, g), margin
 
     return near
+
+
+@functools.cache
+def start_inside(native: bool):
+    """Function (source, turns, group, i, k) -> the k-th place inside element i, of that group (see `INSIDE`)."""
+    world = _out_of_group(native)
+
+    @maker(native)
+    def start(source, turned, g, i, k):
+        rows, first = source.rows, INSIDE_X + 3 * k
+        return world((rows[i, first], rows[i, first + 1], rows[i, first + 2]), source, turned, g)
+
+    return start

@@ -4,7 +4,10 @@ A *sum* of a `Source` (its `field`, `jet`, `margin`, `weight` or `foot`) is the 
 and a portable function in Python. `caller(name, native)` calls it either way.
 """
 
+import ctypes
 import functools
+
+import numpy as np
 
 from fieldsim import launch
 from fieldsim.mujoco.callback.feet import near_foot_of, weight_of
@@ -29,6 +32,24 @@ def sum_of(name: str, kinds_used, native: bool):
     if native:
         return _compiled(name, kinds_used).address
     return _tuple_of(_PORTABLE[name](kinds_used), LENGTHS[name], lambda function: function)
+
+
+_FUNCTION = ctypes.CFUNCTYPE(None, *[ctypes.c_double] * 3, *[ctypes.c_void_p] * 6)
+
+
+def values_of(total, rows: np.ndarray, kinds: np.ndarray, first: int, count: int):
+    """Function (points (n, 3)) -> the field (n,) of rows first to first + count - 1, by their sum `total`."""
+
+    def natively(points):
+        found, call = np.empty((len(points), LENGTHS["field"])), _FUNCTION(total)
+        for out, point in zip(found, points.tolist(), strict=True):
+            call(*point, rows.ctypes.data, rows.shape[1], kinds.ctypes.data, first, count, out.ctypes.data)
+        return found[:, 0]
+
+    def in_python(points):
+        return np.array([total(*point, rows, kinds, first, count)[0] for point in points.tolist()])
+
+    return in_python if callable(total) else natively
 
 
 def _tuple_of(total, length, make):

@@ -20,6 +20,7 @@ from fieldsim.mujoco.callback.addresses import (
 from fieldsim.mujoco.callback.entries import (
     BUSY,
     ENTRY,
+    ENTRY_WIDTH,
     FRESH,
     HEADER_ADDRESS,
     HEIRS,
@@ -31,6 +32,7 @@ from fieldsim.mujoco.callback.entries import (
     count_strangers,
     count_weight,
     is_of,
+    is_set_back,
     mark_in,
     sizes_in,
 )
@@ -110,11 +112,12 @@ def dispatcher(function):
         count(busy, 1)
         python, place = False, rows[k, ENTRY]
         if place != 0:
-            entry = numba.carray(words(place), (10,))
+            entry = numba.carray(words(place), (ENTRY_WIDTH,))
             if is_of(entry, model, mark, sizes, signature):
                 rows[k, FRESH], rows[k, HEIRS] = 1, 0
                 count_weight(entry, model)
-                python = entry[4] == 0 or changed(entry, model)
+                back = is_set_back(ROWS_ADDRESS + 8 * k * width, entry, data)
+                python = back or entry[4] == 0 or changed(entry, model)
                 if not python:
                     call(entry[4], entry[5], model, data, 0)
         count(busy, -1)

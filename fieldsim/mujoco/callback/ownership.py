@@ -43,6 +43,10 @@ class Acting(Protocol):
         """The same in a thread of MuJoCo's, where nothing may be raised."""
         ...
 
+    def warn_of_start(self) -> None:
+        """Tell of what starts inside of a surface; called when its data was set back to an earlier time."""
+        ...
+
 
 # Guards what follows; native code reads its rows without it.
 _lock = threading.RLock()
@@ -165,9 +169,11 @@ def _restore():
 
 def _act(model: int, data: int, foreign: int) -> None:
     """What native code asks of Python: to act where a source's motion, or all, is known to Python only."""
-    known = [forces for forces in list(_active.values()) if entries.is_copy(forces.entry, model)]
+    known = [(row, forces) for row, forces in list(_active.items()) if entries.is_copy(forces.entry, model)]
     # The model's own before those that it is a copy of.
-    for forces in sorted(known, key=lambda forces: forces.model._address != model)[:1]:
+    for row, forces in sorted(known, key=lambda one: one[1].model._address != model)[:1]:
+        if entries.begin_anew(row, data) and not foreign:
+            forces.warn_of_start()
         (forces.act_apart if foreign else forces.act_at)(model, data)
 
 

@@ -27,6 +27,8 @@ Of rows of surfaces, after the columns of elements (see `potentials.row`):
 | 36 | RADIUS | of its body's surface |
 | 37 | WEIGHT | 1 / RADIUS^3 |
 | 38 | FEET | how many feet its primitive has |
+| 39 | STARTS | how many places inside it are known where searches begin that find no field at a foot |
+| 40-48 | INSIDE | these places, see `mujoco.contact.starts` |
 
 Of `law`:
 
@@ -79,6 +81,10 @@ REACH = TOUCHED.number("REACH", "as in `sources.rows`, for all who ask for margi
 RADIUS = TOUCHED.number("RADIUS", "of its body's surface")
 WEIGHT = TOUCHED.number("WEIGHT", "1 / RADIUS^3")
 FEET = TOUCHED.number("FEET", "how many feet its primitive has")
+STARTS = TOUCHED.number(
+    "STARTS", "how many places inside it are known where searches begin that find no field at a foot"
+)
+INSIDE = TOUCHED.numbers("INSIDE", 9, "these places, see `mujoco.contact.starts`")
 
 LAW = Layout()
 LIGHTEST = LAW.number("LIGHTEST", "the least WEIGHT of all elements")
@@ -106,6 +112,7 @@ WATCHED_WIDTH = WATCHED.width
 AXIS_X = AXIS.start
 CENTER_X = CENTER.start
 TURN_X = TURN.start
+INSIDE_X = INSIDE.start
 SHIFT_X = SHIFT.start
 FOUND_WIDTH = FOUND.width
 FORCE_X, TORQUE_X = FORCE.start, TORQUE.start

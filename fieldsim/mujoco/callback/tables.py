@@ -11,12 +11,13 @@ import numpy as np
 from fieldsim import validate
 from fieldsim.dynamics.refusals import refuse
 from fieldsim.errors import InputError
-from fieldsim.mujoco.callback.field_callbacks import LENGTHS, sum_of
+from fieldsim.mujoco.callback.field_callbacks import LENGTHS, sum_of, values_of
 from fieldsim.mujoco.callback.rows import (
     AXIS,
     CENTER,
     FEET,
     FOUND_WIDTH,
+    INSIDE,
     MOTION,
     PHASE,
     RADIUS,
@@ -24,11 +25,13 @@ from fieldsim.mujoco.callback.rows import (
     REACH,
     SHIFT,
     SPINS,
+    STARTS,
     TOUCHED,
     TURN,
     WEIGHT,
 )
 from fieldsim.mujoco.contact.rows import CONTACT, HIT
+from fieldsim.mujoco.contact.starts import starts_of
 from fieldsim.potentials import registry
 from fieldsim.potentials.bounds.reach import reach
 from fieldsim.potentials.elements import Elements, concatenate
@@ -203,6 +206,8 @@ class SourceTable:
             *_groups(chunks, spinning, bool(still)),
             *sums,
         )
+        for first, count, _ in self.arrays.groups.tolist():
+            self._start_inside(first, count)
         self._time = None
         self.at(time)
 
@@ -230,13 +235,22 @@ class SourceTable:
             table[which, FEET] = len(formula.primitive.feet)
         return table
 
+    def _start_inside(self, first, count):
+        """Write into the rows of a group where searches begin inside its elements."""
+        if self.role != "surface":
+            return
+        rows, kinds = self.arrays.rows[first : first + count], self.arrays.kinds[first : first + count]
+        total = values_of(self.arrays.field, self.arrays.rows, self.arrays.kinds, first, count)
+        rows[:, STARTS], places = starts_of(rows, kinds, total)
+        rows[:, INSIDE] = places.reshape(count, -1)
+
     def at(self, time: float) -> None:
         """Bring the rows that only Python can move to `time`."""
         if not self._timed or time == self._time:
             return
         self._time = None  # where a motion fails, the rows are of no time
         groups, motions = (table[-len(self._timed) :] for table in (self.arrays.groups, self.arrays.motions))
-        for part, (first, count, _), motion in zip(self._timed, groups, motions, strict=True):
+        for part, (first, count, _), motion in zip(self._timed, groups.tolist(), motions, strict=True):
             placed = part.placed(time)
             if not np.array_equal(placed.kinds, self.arrays.kinds[first : first + count]):
                 raise InputError(
@@ -245,6 +259,7 @@ class SourceTable:
                 )
             radius = np.full(count, part.radius(time))
             self.arrays.rows[first : first + count] = self._bounded(placed.rows, placed.kinds, radius)
+            self._start_inside(first, count)
             motion[TURN.start : SHIFT.stop] = twist_rate(part.motion, time)
         self._time = time
 

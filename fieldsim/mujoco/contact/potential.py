@@ -83,7 +83,7 @@ def _sampled(native: bool):
             best = total
             for k in range(count if rounded else 1):
                 q = (contacts[k, FOOT_X], contacts[k, FOOT_X + 1], contacts[k, FOOT_X + 2]) if rounded else c
-                now = felt(c, q, radius, i, plan, turned)
+                now = felt(c, q, q, radius, i, plan, turned)
                 if now[0] and now[3] < 0.0 and (best == total or now[3] < contacts[total, LEVEL]):
                     note(contacts, total, c, now, row[i, ROUND])
                     best = total + 1

@@ -10,8 +10,8 @@ import functools
 import math
 
 from fieldsim.dynamics.contact.laws import pressed
-from fieldsim.mujoco.callback.evaluate import field_at, maker, near_foot, turns, vectors
-from fieldsim.mujoco.callback.rows import COUNT, FEET, FIRST, HEAVIEST, RADIUS
+from fieldsim.mujoco.callback.evaluate import field_at, maker, near_foot, start_inside, turns, vectors
+from fieldsim.mujoco.callback.rows import COUNT, FEET, FIRST, HEAVIEST, RADIUS, STARTS
 from fieldsim.mujoco.contact.convex import lowest
 from fieldsim.mujoco.contact.rows import (
     BOUND,
@@ -109,9 +109,9 @@ def _model(native: bool):
 
 @functools.cache
 def climb(native: bool):
-    """Function (p, q, longest, i, at, plan, turns): from the core's point p, in its frame, to where it is deepest.
+    """Function (p, q, inside, longest, i, at, plan, turns): from the core's point p to where it is deepest.
 
-    Returns that point in the world's frame and what `felt` says of it.
+    p: in the core's frame. Returns the deepest point in the world's frame and what `felt` says of it.
     """
     felt = felt_at(native)
     model = _model(native)
@@ -120,9 +120,9 @@ def climb(native: bool):
     dot, _, between = vectors(native)
 
     @maker(native)
-    def search(p, q, longest, i, at, plan, turned):
+    def search(p, q, inside, longest, i, at, plan, turned):
         c = outside(at, p)
-        now = felt(c, q, longest, i, plan, turned)
+        now = felt(c, q, inside, longest, i, plan, turned)
         if plan.geoms[i, KIND] == POINT:
             return c, now
         share, target = 1.0, p
@@ -139,7 +139,7 @@ def climb(native: bool):
             d = share * (target[0] - p[0]), share * (target[1] - p[1]), share * (target[2] - p[2])
             tried = p[0] + d[0], p[1] + d[1], p[2] + d[2]
             place = outside(at, tried)
-            then = felt(place, now[1], longest, i, plan, turned)
+            then = felt(place, now[1], now[1], longest, i, plan, turned)
             if then[0] and then[3] < now[3]:
                 p, c, now, share = tried, place, then, 1.0
             else:
@@ -198,7 +198,7 @@ def _is_known(native: bool):
                     0.5 * (c[1] + contacts[k, CORE_X + 1]),
                     0.5 * (c[2] + contacts[k, CORE_X + 2]),
                 )
-                between = felt(middle, q, longest, i, plan, turned)
+                between = felt(middle, q, q, longest, i, plan, turned)
                 if between[0] and between[3] < level + ALIKE * abs(level):
                     return True
         return False
@@ -230,7 +230,8 @@ def _merging(native: bool):
                 if not field(c, plan.surface, turned)[0] > 1.0:
                     return False
                 continue
-            now = felt(c, mixed(contacts, k, m, FOOT_X, share), radius, i, plan, turned)
+            q = mixed(contacts, k, m, FOOT_X, share)
+            now = felt(c, q, q, radius, i, plan, turned)
             if not (now[0] and now[3] < 0.0):
                 return False
         return True
@@ -253,30 +254,33 @@ def _merging(native: bool):
 def beginning(native: bool):
     """Function (g, j, k, i, at, plan, turns): where a search from foot k of element j of group g begins.
 
-    Whether the surface may be near, the core's point nearest to the element, in its frame, and a point near the
-    surface between the two.
+    Behind the feet come the places inside the element. Whether the surface may be near, the core's point nearest to
+    the element, in its frame, a point near the surface between the two, and the foot or the place inside.
     """
-    foot = near_foot(native)
+    foot, inner = near_foot(native), start_inside(native)
     least = lowest(native)
     _, outside, back = placed(native)
     dot, _, _ = vectors(native)
 
     @maker(native)
     def begin(g, j, k, i, at, plan, turned):
-        origin = at[0]
-        f, margin = foot(origin, plan.surface, turned, g, j, k)
+        origin, feet = at[0], int(plan.surface.rows[j, FEET])
+        which = k if k < feet else 0
+        f, margin = foot(origin, plan.surface, turned, g, j, which)
         p = 0.0, 0.0, 0.0
         if margin > plan.geoms[i, BOUND]:
-            return False, p, f
+            return False, p, f, f
         if plan.geoms[i, KIND] != POINT:
             for _ in range(2):
                 o = back(at, (f[0] - origin[0], f[1] - origin[1], f[2] - origin[2]))
                 p = least(plan, i, o, (0.0, 0.0, 0.0), NEAREST, o)
-                if k > 0:
+                if which > 0:
                     break
-                f, margin = foot(outside(at, p), plan.surface, turned, g, j, k)
+                f, margin = foot(outside(at, p), plan.surface, turned, g, j, which)
             if margin > plan.geoms[i, ROUND]:
-                return False, p, f
+                return False, p, f, f
+        if k >= feet:
+            f = inner(plan.surface, turned, g, j, k - feet)
         c = outside(at, p)
         d = c[0] - f[0], c[1] - f[1], c[2] - f[2]
         away = math.sqrt(dot(d, d))
@@ -286,7 +290,7 @@ def beginning(native: bool):
             if not away > 0.0:
                 d, away = (0.0, 0.0, 1.0), 1.0
         share = plan.surface.rows[j, RADIUS] / away
-        return True, p, (f[0] + share * d[0], f[1] + share * d[1], f[2] + share * d[2])
+        return True, p, (f[0] + share * d[0], f[1] + share * d[1], f[2] + share * d[2]), f
 
     return begin
 
@@ -347,9 +351,9 @@ def deepest(native: bool):
     field, merge, kept = field_at(native), _merging(native), _keeping(native)
 
     @maker(native, inline=False)
-    def searched(p, q, longest, i, at, plan, turned, contacts, count):
+    def searched(p, q, inside, longest, i, at, plan, turned, contacts, count):
         """How many contacts there are with what is found from there."""
-        c, now = search(p, q, longest, i, at, plan, turned)
+        c, now = search(p, q, inside, longest, i, at, plan, turned)
         # Those above the surface are only noted so that no other search looks for them.
         if not now[0] or now[7] < -NEARER or count >= (MOST_DEEPEST if now[3] < 0.0 else MOST_ABOVE):
             return count
@@ -365,12 +369,12 @@ def deepest(native: bool):
         for g in range(source.groups.shape[0]):
             first = source.groups[g, FIRST]
             for j in range(first, first + source.groups[g, COUNT]):
-                for k in range(int(source.rows[j, FEET])):
-                    near, p, q = begin(g, j, k, i, at, plan, turned)
+                for k in range(int(source.rows[j, FEET] + source.rows[j, STARTS])):
+                    near, p, q, f = begin(g, j, k, i, at, plan, turned)
                     longest = source.rows[j, RADIUS]
                     if not near or is_begun(outside(at, p), q, longest, contacts, count):
                         continue
-                    count = searched(p, q, longest, i, at, plan, turned, contacts, count)
+                    count = searched(p, q, f, longest, i, at, plan, turned, contacts, count)
         if row[i, ROUND] == 0.0:
             radius = plan.law[HEAVIEST] ** -THIRD
             first = int(row[i, FIRST_SAMPLE])
@@ -378,7 +382,7 @@ def deepest(native: bool):
                 p = plan.samples[s, 0], plan.samples[s, 1], plan.samples[s, 2]
                 c = outside(at, p)
                 if field(c, source, turned)[0] > 1.0:
-                    count = searched(p, c, radius, i, at, plan, turned, contacts, count)
+                    count = searched(p, c, c, radius, i, at, plan, turned, contacts, count)
         merge(contacts, count, i, plan, turned)
         return kept(contacts, count)
 

@@ -16,7 +16,11 @@ from fieldsim.mujoco.contact.rows import ROUND, SLIGHT
 
 # Steps at most towards a nearest point, and the share of the radius of curvature by which the last one moves; a search
 # that ends with longer ones than the other share has found none.
-STEPS, CLOSE, LOST = 40, 1e-7, 1e-2
+STEPS, CLOSE, LOST = 50, 1e-7, 1e-2
+# After so many steps one that leads back over the last one is over a crease.
+PATIENCE = 10
+# Nearer than this share of the longest step to the place that it goes to without a field, a search is there.
+ARRIVED = 1e-3
 # 1 + h k counts as no less in size.
 FOCUS = 1e-2
 THIRD = 1.0 / 3.0
@@ -24,10 +28,12 @@ THIRD = 1.0 / 3.0
 
 @functools.cache
 def foot_at(native: bool):
-    """Function (c, q, longest, source, turns) -> whether it is found; the nearest point to c, its normal and bends.
+    """Function (c, q, inside, longest, source, turns) -> whether it is found; the nearest point to c, normal and bends.
 
-    q: where the search begins; longest: of its steps along the normal. Bends: two principal directions, their
-    curvatures.
+    q: where the search begins; it goes towards `inside` as long as it finds no field; longest: of its steps along the
+    normal. Bends: two principal directions, their curvatures. On a crease, as a profile with a kink makes one, steps
+    along the surface lead from one side to the other: each time they are halved, and the normal is the direction from
+    there.
     """
     jet = jet_at(native)
     dot, _, _ = vectors(native)
@@ -35,17 +41,36 @@ def foot_at(native: bool):
     bends_of = curvatures.numba if native else curvatures
 
     @maker(native)
-    def foot(c, q, longest, source, turned):
+    def parted(d, g):
+        """The parts of a vector along a gradient and across it."""
+        part = dot(d, g) / dot(g, g)
+        along = part * g[0], part * g[1], part * g[2]
+        return along, (d[0] - along[0], d[1] - along[1], d[2] - along[2])
+
+    @maker(native)
+    def facing(c, x, n):
+        """The direction between the points, as outward as n; n where they are one."""
+        d = c[0] - x[0], c[1] - x[1], c[2] - x[2]
+        size = math.copysign(math.sqrt(dot(d, d)), dot(d, n))
+        if size == 0.0:
+            return n
+        return d[0] / size, d[1] / size, d[2] / size
+
+    @maker(native)
+    def foot(c, q, inside, longest, source, turned):
         x = y = n = q
         f, g, h = 0.0, q, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         moved, radius, known = math.inf, 1.0, False
-        for _ in range(STEPS):
+        most, share, last = math.inf, 1.0, (0.0, 0.0, 0.0)
+        for k in range(STEPS):
             f1, g1, h1 = jet(x, source, turned)
             if not (f1 > 1e-280 and dot(g1, g1) > 0.0):
-                if not known:
+                # Beyond the end of a kernel: halfway back, or inward.
+                t = y if known else inside
+                d = 0.5 * (t[0] - x[0]), 0.5 * (t[1] - x[1]), 0.5 * (t[2] - x[2])
+                if not known and dot(d, d) <= (ARRIVED * longest) ** 2:
                     break
-                # Beyond the end of a kernel: halfway back.
-                x = 0.5 * (x[0] + y[0]), 0.5 * (x[1] + y[1]), 0.5 * (x[2] + y[2])
+                x = x[0] + d[0], x[1] + d[1], x[2] + d[2]
                 continue
             known = True
             y, f, g, h = x, f1, g1, h1
@@ -53,13 +78,24 @@ def foot_at(native: bool):
                 c[0] - y[0], c[1] - y[1], c[2] - y[2],
                 f, g[0], g[1], g[2], h[0], h[1], h[2], h[3], h[4], h[5], longest,
             )  # fmt: skip
-            x = y[0] + d[0], y[1] + d[1], y[2] + d[2]
+            step, now = parted((d[0], d[1], d[2]), g)
+            size, before, along = math.sqrt(dot(now, now)), math.sqrt(dot(last, last)), dot(now, last)
+            if size < (0.5 if along > 0.0 else 0.03) * before:
+                most = math.inf
+            elif along < 0.0 and k >= PATIENCE:
+                most = 0.5 * share * before
+            share = min(1.0, most / size) if size > 0.0 else 1.0
+            last = now
+            step = step[0] + share * now[0], step[1] + share * now[1], step[2] + share * now[2]
+            x = y[0] + step[0], y[1] + step[1], y[2] + step[2]
             n = d[3], d[4], d[5]
-            moved, radius = math.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]), min(d[10], longest)
+            moved, radius = math.sqrt(dot(step, step)), min(d[10], longest)
             if moved < CLOSE * radius:
                 break
         if not known or not moved < LOST * radius:
             return False, x, n, (n, n, 0.0, 0.0)
+        if share < LOST:
+            n = facing(c, x, n)
         b = bends_of(f, g[0], g[1], g[2], h[0], h[1], h[2], h[3], h[4], h[5])
         return True, x, n, ((b[3], b[4], b[5]), (b[6], b[7], b[8]), b[9], b[10])
 
@@ -91,7 +127,7 @@ def _slimness(native: bool):
 
 @functools.cache
 def felt_at(native: bool):
-    """Function (c, q, longest, i, plan, turns) -> what the core's point c of geom i has to do with the surface.
+    """Function (c, q, inside, longest, i, plan, turns) -> what the core's point c of geom i has to do with the surface.
 
     Whether its nearest point is found, that point, its normal, the level of c, the level's gradient, the height of c;
     the two principal directions, each with the bend of the level along it; the least 1 + h k.
@@ -101,8 +137,8 @@ def felt_at(native: bool):
     dot, _, _ = vectors(native)
 
     @maker(native, inline=False)
-    def felt(c, q, longest, i, plan, turned):
-        found, q, n, bends = foot(c, q, longest, plan.surface, turned)
+    def felt(c, q, inside, longest, i, plan, turned):
+        found, q, n, bends = foot(c, q, inside, longest, plan.surface, turned)
         one, other, k1, k2 = bends
         h = dot((c[0] - q[0], c[1] - q[1], c[2] - q[2]), n)
         m1, m2 = 1.0 + h * k1, 1.0 + h * k2

@@ -12,6 +12,7 @@ from fieldsim import validate
 from fieldsim.copies import Uncopied
 from fieldsim.dynamics.auto import Auto, Choice, IntegratorLike, choose, integrator_of, warn_of_caveat
 from fieldsim.dynamics.bare_sources import refuse_particles_on_sources
+from fieldsim.dynamics.contact.event_detection import Motion
 from fieldsim.dynamics.contact.events import contact_particles
 from fieldsim.dynamics.contact.particle_state import WRITTEN
 from fieldsim.dynamics.contact.readings import ContactReadings
@@ -25,7 +26,9 @@ from fieldsim.dynamics.radau.radau import Radau, RadauRun
 from fieldsim.dynamics.refusals import refuse_method, refuse_mixture, refuse_other_matter
 from fieldsim.dynamics.rigid.bodies import FreeBodies
 from fieldsim.dynamics.rigid.diagnostics import Wrenches, wrenches
-from fieldsim.dynamics.splitting.kernels import LANES, contact_kernel, method_of, splitting_kernel
+from fieldsim.dynamics.splitting.groups import lanes_of
+from fieldsim.dynamics.splitting.kernels import contact_kernel, splitting_kernel
+from fieldsim.dynamics.splitting.method import method_of
 from fieldsim.dynamics.splitting.mutual_gravity import MutualGravity
 from fieldsim.dynamics.state import (
     State,
@@ -98,6 +101,7 @@ class Simulation(ContactReadings, Uncopied):
         self._eventful = bool(self._surfaces) or world.escape_radius is not None
         kept = log if self._eventful else 0
         self._balls = contact_particles(world.particles, world.escape_radius, grain, kept, self.device)
+        self._motions = wp.zeros(self._count if self._eventful else 0, dtype=Motion, device=self.device)
         self._state.x = self._released(self._state.x)
         refuse_particles_on_sources(world, world.at(self.time).poses, self.time, self.positions)
         if isinstance(self.integrator, Auto):
@@ -231,7 +235,9 @@ class Simulation(ContactReadings, Uncopied):
         """Launch consecutive `steps` of all particles; gravity: the bodies' tables at the stages of all of them."""
         integrator = self._splitting
         method = method_of(integrator, dt, self.device)
-        options = {"device": self.device, "threads": self.threads}
+        lanes = lanes_of(self.device)
+        groups = -(-self._count // lanes)
+        options = {"device": self.device, "threads": self.threads, "grain": 2}
         if self._mutual:
             self._mutual.leap(self._state, len(steps), dt, integrator, gravity, self._gravity.kinds_used)
         elif self._eventful:
@@ -241,14 +247,12 @@ class Simulation(ContactReadings, Uncopied):
             kinds, surfaces = ((), ()), Stages()
             if self._surfaces:
                 kinds, surfaces = self._surfaces.sources.kinds_used, self._surfaces.upload(times, self.device)
-            kernel = contact_kernel(self._gravity.kinds_used, kinds, any(integrator.gradients))
-            inputs = [len(steps), wp.float64(dt), method, gravity, near, surfaces, self._balls]
-            launch(kernel, self._count, inputs, [self._state], grain=16, **options)
+            kernel = contact_kernel(self._gravity.kinds_used, kinds, any(integrator.gradients), lanes)
+            inputs = [len(steps), wp.float64(dt), method, gravity, near, surfaces, self._balls, self._motions]
+            launch(kernel, groups, inputs, [self._state], **options)
         else:
-            together = not self.device.is_cuda
-            kernel = splitting_kernel(self._gravity.kinds_used, any(integrator.gradients), together)
-            groups = -(-self._count // LANES) if together else self._count
-            launch(kernel, groups, [len(steps), method, gravity], [self._state], grain=2, **options)
+            kernel = splitting_kernel(self._gravity.kinds_used, any(integrator.gradients), lanes)
+            launch(kernel, groups, [len(steps), method, gravity], [self._state], **options)
 
     # Manoeuvres
 

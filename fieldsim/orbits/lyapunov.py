@@ -15,13 +15,14 @@ from fieldsim import validate
 from fieldsim.dynamics.integrators.splittings import Splitting
 from fieldsim.dynamics.refusals import refuse
 from fieldsim.dynamics.simulation import Simulation
-from fieldsim.dynamics.splitting.kernels import Method, Particle, method_of, particle_at, put
+from fieldsim.dynamics.splitting.groups import lanes_of, load_of, store_of
+from fieldsim.dynamics.splitting.method import Method, method_of
 from fieldsim.dynamics.state import State
 from fieldsim.errors import InputError
 from fieldsim.launch import checked_threads, launch
 from fieldsim.numerics.running_sums import added
 from fieldsim.orbits.poincare import splitting_for
-from fieldsim.sources.field import hessian_at
+from fieldsim.sources.field import bends_at
 from fieldsim.sources.stages import Stages
 from fieldsim.types import RealLike, WholeLike
 from fieldsim.world.world import World, given_world
@@ -103,10 +104,10 @@ class _Tangent(Simulation):
     def _fly(self, steps, start, dt, gravity):
         method = method_of(self._splitting, dt, self.device)
         options = {"device": self.device, "grain": 2, "threads": self.threads}
-        tangent = [self._dx, self._dv]
-        kernel = tangent_kernel(self._gravity.kinds_used)
-        outputs = [self._state, *tangent, self.growth]
-        launch(kernel, self._count, [len(steps), method, gravity], outputs, **options)
+        lanes = lanes_of(self.device)
+        kernel = tangent_kernel(self._gravity.kinds_used, lanes)
+        outputs = [self._state, self._dx, self._dv, self.growth]
+        launch(kernel, -(-self._count // lanes), [len(steps), method, gravity], outputs, **options)
 
 
 @wp.func
@@ -129,14 +130,38 @@ def orthonormalise(
 
 
 @functools.cache
-def tangent_kernel(kinds_used):
-    """Kernel: the steps of a launch for particles and their tangent vectors dx, dv (N, count)."""
-    jet = hessian_at(kinds_used)
+def tangent_kernel(kinds_used, lanes: int):
+    """Kernel over groups: the steps of a launch for particles and their tangent vectors dx, dv (N, count)."""
+    six = wp.types.matrix((6, lanes), wp.float64)
+    jets, load, store = bends_at(kinds_used, lanes), load_of(lanes), store_of(lanes)
 
     @wp.func
-    def turn(dx: wp.array2d(dtype=wp.vec3d), dv: wp.array2d(dtype=wp.vec3d), i: int, bend: wp.mat33d):
-        for k in range(dx.shape[1]):
-            dv[i, k] = dv[i, k] + bend * dx[i, k]
+    def stretch(
+        first: int, count: int, share: wp.float64, dx: wp.array2d(dtype=wp.vec3d), dv: wp.array2d(dtype=wp.vec3d)
+    ):
+        """A drift of tangent vectors."""
+        for i in range(first, first + count):
+            for k in range(dx.shape[1]):
+                dx[i, k] = dx[i, k] + share * dv[i, k]
+
+    @wp.func
+    def turn(
+        first: int,
+        count: int,
+        share: wp.float64,
+        bends: six,
+        dx: wp.array2d(dtype=wp.vec3d),
+        dv: wp.array2d(dtype=wp.vec3d),
+    ):
+        """A kick of tangent vectors."""
+        for i in range(count):
+            bend = wp.mat33d(
+                bends[0, i], bends[3, i], bends[4, i],
+                bends[3, i], bends[1, i], bends[5, i],
+                bends[4, i], bends[5, i], bends[2, i],
+            )  # fmt: skip
+            for k in range(dx.shape[1]):
+                dv[first + i, k] = dv[first + i, k] + share * (bend * dx[first + i, k])
 
     @wp.kernel(module="unique", enable_backward=False)
     def follow(
@@ -149,29 +174,33 @@ def tangent_kernel(kinds_used):
         dv: wp.array2d(dtype=wp.vec3d),
         growth: wp.array2d(dtype=wp.float64),
     ):
-        i = start + wp.tid()
-        p = particle_at(state, i)
-        a, hessian = jet(p.x, gravity, 0)
+        first = (start + wp.tid()) * lanes
+        count = wp.min(lanes, state.x.shape[0] - first)
+        p = load(state, first, count)
         x = p.x
         v = p.v
         x_rest = p.x_rest
         v_rest = p.v_rest
+        a, bends = jets(x, gravity, 0)
         for step in range(steps):
             if method.opening != wp.float64(0.0):
                 v, v_rest = added(v, v_rest, method.opening * a)
-                turn(dx, dv, i, method.opening * hessian)
+                turn(first, count, method.opening, bends, dx, dv)
             for j in range(method.stages):
                 x, x_rest = added(x, x_rest, method.drifts[j] * v)
-                for k in range(dx.shape[1]):
-                    dx[i, k] = dx[i, k] + method.drifts[j] * dv[i, k]
+                stretch(first, count, method.drifts[j], dx, dv)
                 if method.kicks[j] != wp.float64(0.0):
-                    g, bend = jet(x, gravity, step * method.stages + j + 1)
-                    a = g
-                    hessian = bend
+                    a, bends = jets(x, gravity, step * method.stages + j + 1)
                     v, v_rest = added(v, v_rest, method.kicks[j] * a)
-                    turn(dx, dv, i, method.kicks[j] * hessian)
+                    turn(first, count, method.kicks[j], bends, dx, dv)
             if (step + 1) % EVERY == 0 or step + 1 == steps:
-                orthonormalise(i, dx, dv, growth)
-        put(state, i, Particle(x, v, x_rest, v_rest, a))  # pyrefly: ignore[bad-argument-count]
+                for i in range(first, first + count):
+                    orthonormalise(i, dx, dv, growth)
+        p.x = x
+        p.v = v
+        p.x_rest = x_rest
+        p.v_rest = v_rest
+        p.a = a
+        store(p, state, first, count)
 
     return follow

@@ -13,7 +13,9 @@ from fieldsim.dynamics.radau.radau import Radau
 from fieldsim.dynamics.radau.section import radau_crossings
 from fieldsim.dynamics.refusals import refuse
 from fieldsim.dynamics.simulation import Simulation
-from fieldsim.dynamics.splitting.kernels import Method, advance_of, method_of, particle_at, put, substep_of
+from fieldsim.dynamics.splitting.groups import lanes_of, load_of, particle_of, store_of
+from fieldsim.dynamics.splitting.method import Method, method_of, substep_of
+from fieldsim.dynamics.splitting.step import advance_of
 from fieldsim.dynamics.state import State
 from fieldsim.errors import InputError
 from fieldsim.launch import checked_threads, launch
@@ -141,11 +143,12 @@ class _Sectioned(Simulation):
         shape = (self._count, len(steps))
         times = wp.full(shape, np.nan, dtype=wp.float64, device=self.device)
         x, v = (wp.empty(shape, dtype=wp.vec3d, device=self.device) for _ in range(2))
-        kernel = section_kernel(self._gravity.kinds_used, any(self._splitting.gradients))
+        lanes = lanes_of(self.device)
+        kernel = section_kernel(self._gravity.kinds_used, any(self._splitting.gradients), lanes)
         inputs = [wp.float64(dt), tables, gravity, plane, self.section.direction]
         launch(
             kernel,
-            self._count,
+            -(-self._count // lanes),
             inputs,
             [self._state, times, x, v],
             device=self.device,
@@ -258,12 +261,13 @@ def section_crossing(q: Quintic, plane: SectionPlane, step: int):
 
 
 @functools.cache
-def section_kernel(kinds_used, gradients: bool):
-    """Kernel: the steps of a launch, and where they pierced the plane: times since the step's start, x and v.
+def section_kernel(kinds_used, gradients: bool, lanes: int):
+    """Kernel over groups: a launch's steps, and where they pierced the plane: times since a step's start, x and v.
 
     times, positions, velocities: (N, steps); the time stays NaN where a step did not pierce it.
     """
-    advance = advance_of(kinds_used, gradients)
+    advance = advance_of(kinds_used, gradients, lanes)
+    load, store, particle = load_of(lanes), store_of(lanes), particle_of(lanes)
     field = field_at(kinds_used)
 
     @wp.kernel(module="unique", enable_backward=False)
@@ -279,24 +283,28 @@ def section_kernel(kinds_used, gradients: bool):
         positions: wp.array2d(dtype=wp.vec3d),
         velocities: wp.array2d(dtype=wp.vec3d),
     ):
-        i = start + wp.tid()
-        p = particle_at(state, i)
+        first = (start + wp.tid()) * lanes
+        count = wp.min(lanes, state.x.shape[0] - first)
+        p = load(state, first, count)
         for step in range(times.shape[1]):
-            before = p
+            group = p
             for j in range(method.stages):
                 p = advance(p, substep_of(method, j), gravity, step * method.stages + j + 1)
-            above = height(p.x, plane, step + 1, wp.float64(0.0)) >= wp.float64(0.0)
-            if above != (height(before.x, plane, step, wp.float64(0.0)) >= wp.float64(0.0)) and (
-                direction == 0 or (direction > 0) == above
-            ):
-                _f, a0 = field(before.x, gravity, step * method.stages)
-                _f1, a1 = field(p.x, gravity, (step + 1) * method.stages)
-                q = Quintic(before.x, before.v, a0, p.x, p.v, a1, dt)  # pyrefly: ignore[bad-argument-count]
-                u = section_crossing(q, plane, step)
-                x, v = quintic_at(q, u)
-                times[i, step] = u * dt
-                positions[i, step] = x
-                velocities[i, step] = v
-        put(state, i, p)
+            for k in range(count):
+                before = particle(group, k)
+                after = particle(p, k)
+                above = height(after.x, plane, step + 1, wp.float64(0.0)) >= wp.float64(0.0)
+                if above != (height(before.x, plane, step, wp.float64(0.0)) >= wp.float64(0.0)) and (
+                    direction == 0 or (direction > 0) == above
+                ):
+                    _f, a0 = field(before.x, gravity, step * method.stages)
+                    _f1, a1 = field(after.x, gravity, (step + 1) * method.stages)
+                    q = Quintic(before.x, before.v, a0, after.x, after.v, a1, dt)  # pyrefly: ignore[bad-argument-count]
+                    u = section_crossing(q, plane, step)
+                    x, v = quintic_at(q, u)
+                    times[first + k, step] = u * dt
+                    positions[first + k, step] = x
+                    velocities[first + k, step] = v
+        store(p, state, first, count)
 
     return follow

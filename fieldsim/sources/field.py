@@ -1,6 +1,7 @@
 """The field of sources: Warp functions of a place and a stage, and sums at given points."""
 
 import functools
+from typing import Any
 
 import numpy as np
 import warp as wp
@@ -38,6 +39,64 @@ def field_at(kinds_used):
     if not moving_kinds:
         return still
     return both if fixed_kinds else changing
+
+
+@functools.cache
+def pulls_at(kinds_used, lanes: int):
+    """Warp function (points, stages, stage) -> the gradients at a group of points, both (3, lanes) as in `groups`."""
+    matrix = wp.types.matrix((3, lanes), wp.float64)
+    field = field_at(kinds_used)
+
+    @wp.func
+    def pulls(points: matrix, stages: Stages, stage: int):
+        found = matrix()
+        for k in range(wp.int32(lanes)):  # no constant, for which Warp would write the loop out
+            _f, g = field(wp.vec3d(points[0, k], points[1, k], points[2, k]), stages, stage)
+            for c in range(3):
+                found[c, k] = g[c]
+        return found
+
+    return pulls
+
+
+@functools.cache
+def bends_at(kinds_used, lanes: int):
+    """Warp function (points, stages, stage) -> (gradients (3, lanes), Hessians (6, lanes)) at a group of points.
+
+    A Hessian's rows: xx, yy, zz, xy, xz, yz.
+    """
+    matrix = wp.types.matrix((3, lanes), wp.float64)
+    six = wp.types.matrix((6, lanes), wp.float64)
+    hessian = hessian_at(kinds_used)
+
+    @wp.func
+    def bends(points: matrix, stages: Stages, stage: int):
+        found = matrix()
+        bent = six()
+        for k in range(wp.int32(lanes)):
+            g, h = hessian(wp.vec3d(points[0, k], points[1, k], points[2, k]), stages, stage)
+            for c in range(3):
+                found[c, k] = g[c]
+                bent[c, k] = h[c, c]
+            bent[3, k] = h[0, 1]
+            bent[4, k] = h[0, 2]
+            bent[5, k] = h[1, 2]
+        return found, bent
+
+    return bends
+
+
+@wp.func
+def bent_along(bends: Any, vectors: Any):
+    """Hessians (6, lanes) times vectors (3, lanes): how the gradients differ along these."""
+    x = vectors[0]
+    y = vectors[1]
+    z = vectors[2]
+    found = vectors
+    found[0] = wp.cw_mul(bends[0], x) + wp.cw_mul(bends[3], y) + wp.cw_mul(bends[4], z)
+    found[1] = wp.cw_mul(bends[3], x) + wp.cw_mul(bends[1], y) + wp.cw_mul(bends[5], z)
+    found[2] = wp.cw_mul(bends[4], x) + wp.cw_mul(bends[5], y) + wp.cw_mul(bends[2], z)
+    return found
 
 
 @functools.cache

@@ -10,6 +10,7 @@ from fieldsim.dynamics.contact.release import release_kernel
 from fieldsim.dynamics.integrators.splittings import Leapfrog
 from fieldsim.dynamics.radau.kernels import dense_kernel, radau_kernel
 from fieldsim.dynamics.simulation import Simulation
+from fieldsim.dynamics.splitting.groups import ALONE, LANES
 from fieldsim.dynamics.splitting.kernels import contact_kernel, splitting_kernel
 from fieldsim.potentials.kernels import Newtonian
 from fieldsim.potentials.primitives.circle import Circle
@@ -37,12 +38,11 @@ def spinning_donut_with_a_bar():
 
 # Of the kinds of formulas in the roles of gravity and of a surface.
 KERNELS = {
-    "splitting": lambda gravity, surface: splitting_kernel(gravity, False, False),
-    "splitting, together": lambda gravity, surface: splitting_kernel(gravity, False, True),
-    "force gradients": lambda gravity, surface: splitting_kernel(gravity, True, False),
-    "force gradients, together": lambda gravity, surface: splitting_kernel(gravity, True, True),
-    "contact": lambda gravity, surface: contact_kernel(gravity, surface, False),
-    "contact, force gradients": lambda gravity, surface: contact_kernel(gravity, surface, True),
+    "splitting": lambda gravity, surface: splitting_kernel(gravity, False, ALONE),
+    "splitting, together": lambda gravity, surface: splitting_kernel(gravity, False, LANES),
+    "force gradients": lambda gravity, surface: splitting_kernel(gravity, True, ALONE),
+    "contact": lambda gravity, surface: contact_kernel(gravity, surface, False, ALONE),
+    "contact, force gradients": lambda gravity, surface: contact_kernel(gravity, surface, True, ALONE),
     "release": lambda gravity, surface: release_kernel(surface),
     "field": lambda gravity, surface: _field_kernel(gravity),
     "radau": lambda gravity, surface: radau_kernel(gravity),

@@ -13,7 +13,9 @@ import warp as wp
 
 from fieldsim.arrays import kept
 from fieldsim.dynamics.integrators.splittings import moments
-from fieldsim.dynamics.splitting.kernels import Method, advance_of, method_of, particle_at, substep_of
+from fieldsim.dynamics.splitting.groups import column, lanes_of, load_of, vectors
+from fieldsim.dynamics.splitting.method import Method, method_of, substep_of
+from fieldsim.dynamics.splitting.step import advance_of
 from fieldsim.dynamics.state import State
 from fieldsim.launch import launch
 from fieldsim.sources.field import field_at
@@ -45,18 +47,29 @@ class Work:
         nodes = moments(steps, integrator.nodes)
         now = upload(sources, start + dt * nodes, device)
         around = upload(sources, start + dt * (nodes[:, None] + OFFSETS).ravel(), device)
-        kernel = work_kernel(sources.kinds_used, any(integrator.gradients))
+        lanes = lanes_of(device)
+        kernel = work_kernel(sources.kinds_used, any(integrator.gradients), lanes)
         inputs = [len(steps), wp.float64(dt * SHARE), method_of(integrator, dt, device), now, around, state]
-        launch(kernel, len(self._sum), inputs, [self._sum], device=device, grain=2, threads=self._simulation.threads)
+        launch(
+            kernel,
+            -(-len(self._sum) // lanes),
+            inputs,
+            [self._sum],
+            device=device,
+            grain=2,
+            threads=self._simulation.threads,
+        )
 
 
 @functools.cache
-def work_kernel(kinds_used, gradients: bool):
-    """Kernel: the steps of a launch, without writing the state; `work` (N,) grows by the work done on each particle.
+def work_kernel(kinds_used, gradients: bool, lanes: int):
+    """Kernel over groups: a launch's steps, without writing the state; `work` (N,) grows by what is done on each.
 
     around: the moving rows at four times OFFSETS about each stage; between them lies the time `share`.
     """
-    advance = advance_of(kinds_used, gradients)
+    matrix = vectors(lanes)
+    Numbers = wp.types.vector(lanes, wp.float64)
+    advance, load = advance_of(kinds_used, gradients, lanes), load_of(lanes)
     total = field_at(kinds_used)
     moving = field_at(((), kinds_used[1]))
 
@@ -70,6 +83,21 @@ def work_kernel(kinds_used, gradients: bool):
         over = wp.float64(1.0) / (wp.float64(12.0) * share)
         return over * (eight * (f2 - f1) - (f3 - f0)), over * (eight * (g2 - g1) - (g3 - g0))
 
+    @wp.func
+    def done_by(
+        x: matrix, kick: wp.float64, factor: wp.float64, now: Stages, around: Stages, node: int, share: wp.float64
+    ):
+        """Work of one kick, per unit of its weight; that of the force gradient is by the potential |g|^2 / 2."""
+        work = Numbers()
+        for k in range(wp.int32(lanes)):
+            p = column(x, k)
+            f, g = rates(p, around, node, share)
+            work[k] = -kick * f
+            if factor != wp.float64(0.0):
+                _f, pull = total(p, now, node)
+                work[k] = work[k] - factor * wp.dot(pull, g)
+        return work
+
     @wp.kernel(module="unique", enable_backward=False)
     def follow(
         start: int,
@@ -81,24 +109,20 @@ def work_kernel(kinds_used, gradients: bool):
         state: State,
         work: wp.array(dtype=wp.float64),
     ):
-        i = start + wp.tid()
-        p = particle_at(state, i)
-        done = work[i]
+        first = (start + wp.tid()) * lanes
+        count = wp.min(lanes, work.shape[0] - first)
+        p = load(state, first, count)
+        done = Numbers()
         for step in range(steps):
             if method.opening != wp.float64(0.0):
-                f, _g = rates(p.x, around, step * method.stages, share)
-                done = done - method.opening * f
+                done += done_by(p.x, method.opening, wp.float64(0.0), now, around, step * method.stages, share)
             for j in range(method.stages):
                 node = step * method.stages + j + 1
-                p = advance(p, substep_of(method, j), now, node)
-                kick = method.kicks[j]
-                factor = method.gradients[j]
-                if kick != wp.float64(0.0) or factor != wp.float64(0.0):
-                    f, g = rates(p.x, around, node, share)
-                    done = done - kick * f
-                    if factor != wp.float64(0.0):  # the force gradient kicks by the potential |g|^2 / 2
-                        _f, pull = total(p.x, now, node)
-                        done = done - factor * wp.dot(pull, g)
-        work[i] = done
+                part = substep_of(method, j)
+                p = advance(p, part, now, node)
+                if part.evaluating:
+                    done += done_by(p.x, part.kick, part.factor, now, around, node, share)
+        for k in range(count):
+            work[first + k] = work[first + k] + done[k]
 
     return follow

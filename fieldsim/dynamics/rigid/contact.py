@@ -186,7 +186,7 @@ def contact_wrenches(prescribed_kinds, free_kinds, note):
     under = under_thin(free_kinds, note)
     between = contact_between(free_kinds, note)
 
-    @wp.func
+    @wp.func(inline=False)
     def wrenches(
         stage: int,
         surfaces: Stages,

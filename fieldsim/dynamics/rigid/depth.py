@@ -51,7 +51,7 @@ def _within(jet, table):
     grain: a length over which the field varies.
     """
 
-    @wp.func
+    @wp.func(inline=False)
     def within(c: wp.vec3d, source: table, index: int, grain: wp.float64):
         q = c
         depth = wp.float64(0.0)

@@ -96,7 +96,7 @@ def gravity_wrenches(prescribed_kinds, free_kinds):
     outer = field_at(prescribed_kinds)
     between = gravity_between(free_kinds)
 
-    @wp.func
+    @wp.func(inline=False)
     def wrenches(
         stage: int,
         sources: Stages,

@@ -185,7 +185,7 @@ def slip_yield(i: int, state: Rigids, masses: Masses, touches: Touches, losses: 
     return HALF * (one + two) + wp.sqrt(HALF * (one - two) * HALF * (one - two) + mixed * mixed)
 
 
-@wp.func
+@wp.func(inline=False)
 def before_kick(state: Rigids, masses: Masses, touches: Touches, losses: Losses):
     """Measure patches, and how fast they approach before the kick."""
     now = touches.now[0]
@@ -277,7 +277,7 @@ def rub(i: int, t: wp.float64, state: Rigids, masses: Masses, touches: Touches, 
     return change
 
 
-@wp.func
+@wp.func(inline=False)
 def lose(t: wp.float64, state: Rigids, masses: Masses, touches: Touches, losses: Losses):
     """Damping and friction of a kick of time t, after it."""
     now = touches.now[0]

@@ -71,7 +71,9 @@ def refuse_bodies_on_sources(world, poses, time: float, starts) -> None:
 
 def refuse_bare_pairs(world, sets) -> None:
     """Raise InputError where a particle that pulls without softening is at the place of another; sets: positions."""
-    pulling = [k for k, p in enumerate(world.particles) if getattr(p.gravity, "softening", 1.0) == 0.0 and p.G * p.mass]
+    pulling = [
+        k for k, p in enumerate(world.particles) if getattr(p.gravity, "softening", 1.0) == 0.0 and np.any(p.G * p.mass)
+    ]
     if not pulling:
         return
     owner = np.repeat(np.arange(len(sets)), [len(rows) for rows in sets])

@@ -52,7 +52,7 @@ SPLITTING = ", or the simulation a splitting without force gradients, such as fs
 # Who does not know what, in which words, and what would do instead.
 TABLE = {
     "Radau": (("contact", "escape", "pull", "free"), "which Radau does not know", SPLITTING),
-    "force gradients": (("pull", "free"), "which force gradients do not know", SPLITTING),
+    "force gradients": (("free",), "which force gradients do not know", SPLITTING),
     "steps backwards": (
         ("losses",),
         "which methods with steps backwards do not know",

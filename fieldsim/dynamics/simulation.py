@@ -17,7 +17,7 @@ from fieldsim.dynamics.contact.events import contact_particles
 from fieldsim.dynamics.contact.particle_state import WRITTEN
 from fieldsim.dynamics.contact.readings import ContactReadings
 from fieldsim.dynamics.contact.release import released
-from fieldsim.dynamics.contact.surfaces import surfaces_touched
+from fieldsim.dynamics.contact.surfaces import ground_at, surfaces_touched
 from fieldsim.dynamics.diagnostics.followed import Ledger
 from fieldsim.dynamics.integrators.propagator import StepTables
 from fieldsim.dynamics.integrators.splittings import Splitting, moments
@@ -26,7 +26,7 @@ from fieldsim.dynamics.radau.radau import Radau, RadauRun
 from fieldsim.dynamics.refusals import refuse_method, refuse_mixture, refuse_other_matter
 from fieldsim.dynamics.rigid.bodies import FreeBodies
 from fieldsim.dynamics.rigid.diagnostics import Wrenches, wrenches
-from fieldsim.dynamics.splitting.groups import lanes_of
+from fieldsim.dynamics.splitting.groups import lanes_of, launch_groups
 from fieldsim.dynamics.splitting.kernels import contact_kernel, splitting_kernel
 from fieldsim.dynamics.splitting.method import method_of
 from fieldsim.dynamics.splitting.mutual_gravity import MutualGravity
@@ -40,7 +40,7 @@ from fieldsim.dynamics.state import (
     state_of_sets,
 )
 from fieldsim.errors import InputError
-from fieldsim.launch import checked_threads, device_named, launch
+from fieldsim.launch import checked_threads, device_named
 from fieldsim.sources.elements import Sources
 from fieldsim.sources.field import field_and_gradient
 from fieldsim.sources.stages import Stages, upload
@@ -50,7 +50,7 @@ from fieldsim.world.snapshot import Snapshot
 from fieldsim.world.world import World, given_world
 
 # A launch spans at most so many steps, and so many particle-steps and moving elements.
-LAUNCH_STEPS = 256
+LAUNCH_STEPS = 8192
 LAUNCH_WORK = 2_000_000
 LAUNCH_ROWS = 65_536
 # Where the field of the surfaces changes by more, something that rested has lost its ground.
@@ -233,26 +233,23 @@ class Simulation(ContactReadings, Uncopied):
 
     def _fly(self, steps, start, dt, gravity):
         """Launch consecutive `steps` of all particles; gravity: the bodies' tables at the stages of all of them."""
-        integrator = self._splitting
-        method = method_of(integrator, dt, self.device)
-        lanes = lanes_of(self.device)
-        groups = -(-self._count // lanes)
-        options = {"device": self.device, "threads": self.threads, "grain": 2}
+        integrator, kinds = self._splitting, self._gravity.kinds_used
         if self._mutual:
-            self._mutual.leap(self._state, len(steps), dt, integrator, gravity, self._gravity.kinds_used)
-        elif self._eventful:
+            return self._mutual.leap(self._state, len(steps), dt, integrator, gravity, kinds)
+        code = any(integrator.gradients), lanes_of(self.device)
+        inputs = [len(steps), method_of(integrator, dt, self.device), gravity]
+        if self._eventful:
             parts = np.linspace(0.0, 1.0, integrator.evaluations + 1)
             times = start + dt * moments(steps, parts)
             near = gravity if np.array_equal(parts, integrator.nodes) else self._gravity_at(times)
-            kinds, surfaces = ((), ()), Stages()
+            touched, surfaces = ((), ()), Stages()
             if self._surfaces:
-                kinds, surfaces = self._surfaces.sources.kinds_used, self._surfaces.upload(times, self.device)
-            kernel = contact_kernel(self._gravity.kinds_used, kinds, any(integrator.gradients), lanes)
-            inputs = [len(steps), wp.float64(dt), method, gravity, near, surfaces, self._balls, self._motions]
-            launch(kernel, groups, inputs, [self._state], **options)
+                touched, surfaces = self._surfaces.sources.kinds_used, self._surfaces.upload(times, self.device)
+            kernel = contact_kernel(kinds, touched, *code)
+            inputs += [near, surfaces, self._balls, self._motions]
         else:
-            kernel = splitting_kernel(self._gravity.kinds_used, any(integrator.gradients), lanes)
-            launch(kernel, groups, [len(steps), method, gravity], [self._state], **options)
+            kernel = splitting_kernel(kinds, *code)
+        launch_groups(kernel, self._count, inputs, [self._state], device=self.device, threads=self.threads)
 
     # Manoeuvres
 
@@ -318,11 +315,12 @@ class Simulation(ContactReadings, Uncopied):
             self._free.refuse_place(start, poses, self.time)
             refuse_particles_on_sources(self.world, poses, self.time, self.positions)
         with self._manoeuvre():
-            before, ground = self._state.x.numpy().copy(), self._ground()
+            before, ground = self._state.x.numpy().copy(), ground_at(self._surfaces, self._state.x, self.time)
             self._free.put(start, given, self.time)
             x = self._released(wp.clone(self._state.x)).numpy()
             resting = np.isin(self._balls.states.numpy(), (Status.RESTING, Status.ABSORBED))
-            changed = (x != before).any(axis=1) | resting & (np.abs(self._ground() - ground) > GROUND)
+            now = ground_at(self._surfaces, self._state.x, self.time)
+            changed = (x != before).any(axis=1) | resting & (np.abs(now - ground) > GROUND)
             self._restart(changed, x, self._state.v.numpy(), self._balls.spins.numpy())
             self._state.a = self._pull(self._state.x)
 
@@ -331,18 +329,16 @@ class Simulation(ContactReadings, Uncopied):
         fresh = state_of(positions, velocities, self.device)
         fresh.a = self._pull(fresh.x)
         restart(self._state, self._balls, changed, fresh, spins)
+        if self._mutual:
+            self._state.a = fresh.a  # those that stay feel those that do not
         if self.radau:
             self.radau.restart(changed, fresh.x, fresh.v, self.time)
 
-    def _ground(self):
-        """The field of the surfaces at the particles' places now, (N,): 1 on the surface."""
-        if not self._surfaces:
-            return np.zeros(self._count)
-        return self._surfaces.field(self._state.x, self.time, threads=self.threads)
-
     def _pull(self, x):
-        """Accelerations by the bodies at x, now."""
+        """Accelerations of the particles at x, now."""
         gravity = self._gravity_at(np.array([self.time]))
+        if self._mutual:
+            return self._mutual.accelerations(x, gravity, self._gravity.kinds_used)
         return field_and_gradient(self._gravity, gravity, x, threads=self.threads)[1]
 
     @contextlib.contextmanager

@@ -73,13 +73,11 @@ def pace(simulation) -> float:
     The median of the particles or the least of the free bodies, whichever is less.
     """
     found = [math.inf]
-    state, mutual, bodies = simulation._state, simulation.mutual, simulation.bodies
+    state, bodies = simulation._state, simulation.bodies
     if len(state.x):
         parts = energy(simulation.snapshot())
         speed = np.sqrt(2.0 * parts.kinetic) + np.sqrt(2.0 * np.abs(parts.potential))
-        tables, kinds = simulation._still, simulation._gravity.kinds_used
-        pull = mutual.accelerations(state, tables, kinds) if mutual else state.a.numpy()
-        found.append(np.median(_times(speed, pull)))
+        found.append(np.median(_times(speed, state.a.numpy())))
     if bodies:
         depth = math.sqrt(2.0 * abs(bodies.potential_energy()) / bodies.masses.sum())
         speed = np.linalg.norm(bodies.momenta, axis=1) / bodies.masses + depth

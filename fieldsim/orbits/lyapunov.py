@@ -15,11 +15,11 @@ from fieldsim import validate
 from fieldsim.dynamics.integrators.splittings import Splitting
 from fieldsim.dynamics.refusals import refuse
 from fieldsim.dynamics.simulation import Simulation
-from fieldsim.dynamics.splitting.groups import lanes_of, load_of, store_of
-from fieldsim.dynamics.splitting.method import Method, method_of
+from fieldsim.dynamics.splitting.groups import lanes_of, launch_groups, load_of, store_of
+from fieldsim.dynamics.splitting.method import Method, method_of, substep_of
 from fieldsim.dynamics.state import State
 from fieldsim.errors import InputError
-from fieldsim.launch import checked_threads, launch
+from fieldsim.launch import checked_threads
 from fieldsim.numerics.running_sums import added
 from fieldsim.orbits.poincare import splitting_for
 from fieldsim.sources.field import bends_at
@@ -103,11 +103,9 @@ class _Tangent(Simulation):
 
     def _fly(self, steps, start, dt, gravity):
         method = method_of(self._splitting, dt, self.device)
-        options = {"device": self.device, "grain": 2, "threads": self.threads}
-        lanes = lanes_of(self.device)
-        kernel = tangent_kernel(self._gravity.kinds_used, lanes)
-        outputs = [self._state, self._dx, self._dv, self.growth]
-        launch(kernel, -(-self._count // lanes), [len(steps), method, gravity], outputs, **options)
+        kernel = tangent_kernel(self._gravity.kinds_used, lanes_of(self.device))
+        inputs, outputs = [len(steps), method, gravity], [self._state, self._dx, self._dv, self.growth]
+        launch_groups(kernel, self._count, inputs, outputs, device=self.device, threads=self.threads)
 
 
 @wp.func
@@ -187,12 +185,13 @@ def tangent_kernel(kinds_used, lanes: int):
                 v, v_rest = added(v, v_rest, method.opening * a)
                 turn(first, count, method.opening, bends, dx, dv)
             for j in range(method.stages):
-                x, x_rest = added(x, x_rest, method.drifts[j] * v)
-                stretch(first, count, method.drifts[j], dx, dv)
-                if method.kicks[j] != wp.float64(0.0):
+                part = substep_of(method, j)
+                x, x_rest = added(x, x_rest, part.drift * v)
+                stretch(first, count, part.drift, dx, dv)
+                if part.evaluating:
                     a, bends = jets(x, gravity, step * method.stages + j + 1)
-                    v, v_rest = added(v, v_rest, method.kicks[j] * a)
-                    turn(first, count, method.kicks[j], bends, dx, dv)
+                    v, v_rest = added(v, v_rest, part.kick * a)
+                    turn(first, count, part.kick, bends, dx, dv)
             if (step + 1) % EVERY == 0 or step + 1 == steps:
                 for i in range(first, first + count):
                     orthonormalise(i, dx, dv, growth)

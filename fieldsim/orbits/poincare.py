@@ -13,12 +13,12 @@ from fieldsim.dynamics.radau.radau import Radau
 from fieldsim.dynamics.radau.section import radau_crossings
 from fieldsim.dynamics.refusals import refuse
 from fieldsim.dynamics.simulation import Simulation
-from fieldsim.dynamics.splitting.groups import lanes_of, load_of, particle_of, store_of
+from fieldsim.dynamics.splitting.groups import lanes_of, launch_groups, load_of, particle_of, store_of
 from fieldsim.dynamics.splitting.method import Method, method_of, substep_of
 from fieldsim.dynamics.splitting.step import advance_of
 from fieldsim.dynamics.state import State
 from fieldsim.errors import InputError
-from fieldsim.launch import checked_threads, launch
+from fieldsim.launch import checked_threads
 from fieldsim.sources.field import field_at
 from fieldsim.sources.poses import spin_poses
 from fieldsim.sources.stages import Stages
@@ -143,18 +143,11 @@ class _Sectioned(Simulation):
         shape = (self._count, len(steps))
         times = wp.full(shape, np.nan, dtype=wp.float64, device=self.device)
         x, v = (wp.empty(shape, dtype=wp.vec3d, device=self.device) for _ in range(2))
-        lanes = lanes_of(self.device)
-        kernel = section_kernel(self._gravity.kinds_used, any(self._splitting.gradients), lanes)
+        gradients = any(self._splitting.gradients)
+        kernel = section_kernel(self._gravity.kinds_used, gradients, lanes_of(self.device))
         inputs = [wp.float64(dt), tables, gravity, plane, self.section.direction]
-        launch(
-            kernel,
-            -(-self._count // lanes),
-            inputs,
-            [self._state, times, x, v],
-            device=self.device,
-            grain=2,
-            threads=self.threads,
-        )
+        outputs = [self._state, times, x, v]
+        launch_groups(kernel, self._count, inputs, outputs, device=self.device, threads=self.threads)
         self._keep(times.numpy(), x.numpy(), v.numpy(), start + dt * steps)
 
     def _plane(self, times, dt):

@@ -58,9 +58,17 @@ def pack(primitives, kernels, strengths, folds=None) -> Elements:
     return Elements(rows, kinds, np.arange(len(kinds))).grouped()[0]
 
 
+def with_strengths(rows: np.ndarray, strengths: np.ndarray) -> np.ndarray:
+    """Rows (elements, ROW_WIDTH) with other strengths (..., elements): (..., elements, ROW_WIDTH)."""
+    rows = np.broadcast_to(rows, (*strengths.shape, ROW_WIDTH)).copy()
+    rows[..., STRENGTH] = strengths
+    _quiet(rows)
+    return rows
+
+
 def _quiet(rows):
     """Soften what has no strength: 0 times the infinite field of a bare source is 0, not nan."""
-    rows[(rows[:, STRENGTH] == 0.0) & (rows[:, KERNEL_WIDTH] < BARE), KERNEL_WIDTH] = 1.0
+    rows[(rows[..., STRENGTH] == 0.0) & (rows[..., KERNEL_WIDTH] < BARE), KERNEL_WIDTH] = 1.0
 
 
 def concatenate(parts) -> Elements:

@@ -276,7 +276,11 @@ class Term:
 
     def at(self, time: float) -> "Term":
         """The concrete term at `time`."""
-        return Term(self.primitive.at(time), self.kernel, number_at("Field", "strength", self.strength, time))
+        return Term(self.primitive.at(time), self.kernel, self.strength_at(time))
+
+    def strength_at(self, time: float) -> float:
+        """The strength at `time`."""
+        return number_at("Field", "strength", self.strength, time)
 
     def scaled(self, factor: float) -> "Term":
         """The term with its strength multiplied."""

@@ -10,7 +10,7 @@ import weakref
 import numpy as np
 
 from fieldsim.errors import InputError
-from fieldsim.potentials.elements import Elements, concatenate, place
+from fieldsim.potentials.elements import Elements, concatenate, place, with_strengths
 from fieldsim.potentials.row import ROW_WIDTH
 from fieldsim.sources.poses import body_poses
 from fieldsim.world.body import Body
@@ -121,7 +121,7 @@ def _rows_of(index, body, shape, role, times, poses_of):
     """Rows (stages, elements, ROW_WIDTH) of one moving or deforming body."""
     try:
         if body.deforming:
-            local = np.stack([elements_of(body, role, time).rows for time in times])
+            local = _shapes_of(body, shape, role, times)
         else:
             local = np.broadcast_to(shape.rows, (len(times), *shape.rows.shape))
         rotations, positions = poses_of(index, body, times)
@@ -129,6 +129,16 @@ def _rows_of(index, body, shape, role, times, poses_of):
     except InputError as reason:
         name = f" ({body.name})" if body.name else ""
         raise InputError(f"Body {index}{name}, between times {min(times):g} and {max(times):g}: {reason}") from None
+
+
+def _shapes_of(body, shape, role, times):
+    """Rows (stages, elements, ROW_WIDTH) of a deforming body in its own frame."""
+    field = body.gravity_field() if role == "gravity" else None
+    if field is None or field.packed or any(term.primitive.animated for term in field.terms):
+        return np.stack([elements_of(body, role, time).rows for time in times])
+    # Only strengths change: what else stands in the rows is the same at all times.
+    strengths = np.array([[term.strength_at(time) for term in field.terms] for time in times])
+    return with_strengths(shape.rows, strengths[:, shape.order])
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

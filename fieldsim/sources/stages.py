@@ -44,5 +44,6 @@ def tables(sources: Sources, fixed_rows, moving_rows, device, earlier=None, swee
     flat = moving_rows.reshape(-1, moving_rows.shape[-1])
     stages.moving_rows = wp.array(flat, dtype=wp.float64, device=device)
     stages.moving_kinds = wp.array(np.tile(sources.moving_kinds, len(moving_rows)), dtype=wp.int32, device=device)
-    stages.sweep = wp.array(np.asarray(sweep, dtype=float), dtype=wp.float64, device=device)
+    if len(sweep):
+        stages.sweep = wp.array(np.asarray(sweep, dtype=float), dtype=wp.float64, device=device)
     return stages

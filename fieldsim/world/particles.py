@@ -21,7 +21,8 @@ class Particles:
 
     radius: of the sphere that is seen and that collides; contact: what happens at a surface, a Bounce, Absorb or
     Repulsion, or None to pass through everything. Particles do not touch each other.
-    gravity: the kernel with which each pulls all other particles, with its mass; None: they are test particles. G:
+    gravity: the kernel with which each pulls all other particles, with its mass; None: they are test particles. mass:
+    of each, or N numbers, copies to read only. G:
     gravitational constant, with which others feel these: of sets with several, what is kept together is weighted by
     G times mass. A mass below 0 repels all, and falls as any other. Free bodies do not feel particles, so a Simulation
     of both with particles that pull is refused.
@@ -34,7 +35,7 @@ class Particles:
     color: ColorLike = "bone"
     name: str = ""
     gravity: Kernel | None = None
-    mass: float = 1.0
+    mass: float | np.ndarray = 1.0
     G: float = 1.0
 
     if TYPE_CHECKING:
@@ -48,7 +49,7 @@ class Particles:
             color: ColorLike = ...,
             name: str = ...,
             gravity: Kernel | None = ...,
-            mass: RealLike = ...,
+            mass: RealLike | ArrayLike = ...,
             G: RealLike = ...,
         ) -> None: ...
 
@@ -69,8 +70,16 @@ class Particles:
         validate.instance("Particles", "contact", self.contact, (*LAWS, type(None)), laws)
         validate.instance("Particles", "gravity", self.gravity, Kernel | None, KERNEL)
         validate.text("Particles", "name", self.name)
-        validate.fields(self, validate.number, "mass", "G", at_least=-validate.FARTHEST, at_most=validate.FARTHEST)
+        validate.fields(self, validate.number, "G", at_least=-validate.FARTHEST, at_most=validate.FARTHEST)
+        object.__setattr__(self, "mass", _masses(self.mass, len(positions)))
         color_rgb("Particles", self.color)
 
     def __len__(self) -> int:
         return len(self.positions)
+
+
+def _masses(mass, count):
+    """One mass, or an array of one for each of the particles."""
+    if not isinstance(mass, list | tuple | np.ndarray):
+        return validate.number("Particles", "mass", mass, at_least=-validate.FARTHEST, at_most=validate.FARTHEST)
+    return kept(validate.not_far("Particles", "mass", validate.numbers("Particles", "mass", mass, shape=(count,))))

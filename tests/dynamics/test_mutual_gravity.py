@@ -7,7 +7,7 @@ import pytest
 
 import fieldsim as fs
 from fieldsim.dynamics.splitting import mutual_gravity
-from fieldsim.dynamics.splitting.mutual_gravity import drift_kernel, kick_kernel, potential_kernel
+from fieldsim.dynamics.splitting.mutual_gravity import potential_kernel, stage_kernels, steps_kernel
 
 LAW = fs.Newtonian(softening=0.05)
 
@@ -53,6 +53,39 @@ def test_momentum_is_kept_and_energy_swings_with_dt_squared():
     before = simulation.velocities[0].sum(axis=0)
     simulation.advance(2.0)
     np.testing.assert_allclose(simulation.velocities[0].sum(axis=0), before, atol=1e-13)
+
+
+@pytest.mark.parametrize("method", [fs.Chin4, fs.Omelyan4, fs.Omelyan6])
+def test_force_gradients_of_particles_that_pull_keep_their_order(method):
+    """The error of a step against many short ones falls with the method's order; without its gradient, with 2."""
+    ends = []
+    for dt in (0.04, 0.02, 1e-3):
+        simulation = fs.Simulation(cluster(5), method(dt))
+        simulation.advance(0.4)
+        ends.append(np.concatenate(simulation.positions + simulation.velocities))
+    errors = [np.abs(end - ends[-1]).max() for end in ends[:-1]]
+    assert math.log2(errors[0] / errors[1]) > method.order - 0.4
+
+
+def test_each_particle_may_have_a_mass_of_its_own():
+    rng = np.random.default_rng(5)
+    places, speeds, masses = rng.normal(size=(4, 3)), 0.2 * rng.normal(size=(4, 3)), np.array([0.3, 0.0, -0.1, 0.5])
+    one, many = fs.World(), fs.World()
+    one.add_particles(places, speeds, gravity=LAW, mass=masses)
+    for place, speed, mass in zip(places, speeds, masses, strict=True):
+        many.add_particles([place], [speed], gravity=LAW, mass=mass)
+    ends = []
+    for world in (one, many):
+        simulation = fs.Simulation(world, fs.Omelyan4(0.02))
+        simulation.advance(0.5)
+        ends.append(np.concatenate(simulation.positions))
+    np.testing.assert_array_equal(*ends)
+    before, after = (masses @ fs.energy(s.snapshot()).total for s in (fs.Simulation(one), simulation))
+    assert abs(after - before) < 1e-6 * abs(before)
+    assert one.particles[0].mass.tolist() == masses.tolist()
+    for wrong in ([1.0, 2.0], [1.0, 2.0, 3.0, math.nan], "heavy"):
+        with pytest.raises(fs.InputError, match="Particles: mass"):
+            one.add_particles(places, speeds, gravity=LAW, mass=wrong)
 
 
 def test_test_particles_feel_those_that_pull_and_not_each_other():
@@ -106,5 +139,6 @@ def test_what_does_not_go_together_is_refused():
 
 def test_kernels_compile_for_cuda(compiles_for_cuda):
     kinds = fs.Simulation(cluster())._gravity.kinds_used
-    for kernel in (kick_kernel(kinds, fs.Newtonian), drift_kernel, potential_kernel(fs.Newtonian)):
+    code = kinds, fs.Newtonian, True, 1
+    for kernel in (*stage_kernels(*code), steps_kernel(*code), potential_kernel(fs.Newtonian)):
         compiles_for_cuda(kernel.module)

@@ -110,7 +110,7 @@ CALLS = {
         color=COLOR,
         name="pebbles",
         gravity=fs.Newtonian(),
-        mass=1.0,
+        mass=Or(1.0, np.ones(len(POINTS))),
         G=1.0,
     ),
     "PointLight": call(lambda: fs.PointLight, **LIGHT, position=UP, radius=1.0),

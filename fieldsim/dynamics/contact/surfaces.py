@@ -83,3 +83,8 @@ class Surfaces:
                 FieldsimWarning,
                 stacklevel=4,
             )
+
+
+def ground_at(surfaces: Surfaces | None, x, time: float) -> np.ndarray:
+    """The field of the surfaces, or of none, at places x (N,) at a time, (N,): 1 on the surface."""
+    return surfaces.field(x, time) if surfaces else np.zeros(len(x))

@@ -13,11 +13,10 @@ import warp as wp
 
 from fieldsim.arrays import kept
 from fieldsim.dynamics.integrators.splittings import moments
-from fieldsim.dynamics.splitting.groups import column, lanes_of, load_of, vectors
+from fieldsim.dynamics.splitting.groups import column, lanes_of, launch_groups, load_of, vectors
 from fieldsim.dynamics.splitting.method import Method, method_of, substep_of
 from fieldsim.dynamics.splitting.step import advance_of
 from fieldsim.dynamics.state import State
-from fieldsim.launch import launch
 from fieldsim.sources.field import field_at
 from fieldsim.sources.stages import Stages, upload
 
@@ -47,18 +46,10 @@ class Work:
         nodes = moments(steps, integrator.nodes)
         now = upload(sources, start + dt * nodes, device)
         around = upload(sources, start + dt * (nodes[:, None] + OFFSETS).ravel(), device)
-        lanes = lanes_of(device)
-        kernel = work_kernel(sources.kinds_used, any(integrator.gradients), lanes)
+        kernel = work_kernel(sources.kinds_used, any(integrator.gradients), lanes_of(device))
         inputs = [len(steps), wp.float64(dt * SHARE), method_of(integrator, dt, device), now, around, state]
-        launch(
-            kernel,
-            -(-len(self._sum) // lanes),
-            inputs,
-            [self._sum],
-            device=device,
-            grain=2,
-            threads=self._simulation.threads,
-        )
+        threads = self._simulation.threads
+        launch_groups(kernel, len(self._sum), inputs, [self._sum], device=device, threads=threads)
 
 
 @functools.cache

@@ -10,6 +10,8 @@ from typing import Any
 import warp as wp
 
 from fieldsim.dynamics.state import State
+from fieldsim.launch import launch
+from fieldsim.numerics.running_sums import added
 
 # Particles of a group on a CPU, and on a GPU.
 LANES = 8
@@ -19,6 +21,11 @@ ALONE = 1
 def lanes_of(device) -> int:
     """How many particles a group has on a device."""
     return ALONE if device.is_cuda else LANES
+
+
+def launch_groups(kernel, count: int, inputs, outputs=(), *, device, threads=None) -> None:
+    """Run a kernel over the groups of `count` particles (see `launch`)."""
+    launch(kernel, -(-count // lanes_of(device)), inputs, outputs, device=device, grain=2, threads=threads)
 
 
 @functools.cache
@@ -138,3 +145,18 @@ def replaced_of(lanes: int):
         return group
 
     return replaced
+
+
+@functools.cache
+def kicked_of(lanes: int):
+    """Warp function (group, kick) -> the group with its velocities changed."""
+    Group, matrix = group_of(lanes), vectors(lanes)
+
+    @wp.func
+    def kicked(group: Group, kick: matrix):
+        v, v_rest = added(group.v, group.v_rest, kick)
+        group.v = v
+        group.v_rest = v_rest
+        return group
+
+    return kicked

@@ -166,7 +166,6 @@ def contact_kernel(gravity_kinds, surface_kinds, gradients: bool, lanes: int):
     def colliding(
         start: int,
         steps: int,
-        dt: wp.float64,
         method: Method,
         gravity: Stages,
         gravity_near: Stages,
@@ -177,6 +176,7 @@ def contact_kernel(gravity_kinds, surface_kinds, gradients: bool, lanes: int):
     ):
         first = (start + wp.tid()) * lanes
         count = wp.min(lanes, state.x.shape[0] - first)
+        dt = method.dt
         p = load(state, first, count)
         # Distances that particles may travel before they could touch a surface; those that are done; those near one.
         rooms = Numbers()

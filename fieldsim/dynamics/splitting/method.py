@@ -1,6 +1,7 @@
 """A splitting's tables as kernels read them."""
 
-import numpy as np
+import functools
+
 import warp as wp
 
 from fieldsim.dynamics.integrators.propagator import StepTables
@@ -8,11 +9,12 @@ from fieldsim.dynamics.integrators.propagator import StepTables
 
 @wp.struct
 class Method:
-    """A splitting's tables (see `Splitting`) with the step put in: drifts, kicks and gradients (stages,) from 1 to s.
+    """A splitting's tables (see `Splitting`): its drifts, kicks and gradients (stages,) from 1 to s, in units of dt.
 
-    opening: stage 0's kick, whose acceleration is the last of the step before. evaluations: of a step.
+    dt: the step. opening: stage 0's kick, whose acceleration is the last of the step before. evaluations: of a step.
     """
 
+    dt: wp.float64
     opening: wp.float64
     drifts: wp.array(dtype=wp.float64)
     kicks: wp.array(dtype=wp.float64)
@@ -24,16 +26,21 @@ class Method:
 def method_of(splitting: StepTables, dt: float, device) -> Method:
     """The `Method` of a splitting for steps of length dt."""
     method = Method()
+    method.dt = dt
     method.opening = dt * splitting.kicks[0]
     method.stages = len(splitting.drifts)
     method.evaluations = splitting.evaluations
-    for name, table in (
-        ("drifts", dt * np.array(splitting.drifts)),
-        ("kicks", dt * np.array(splitting.kicks[1:])),
-        ("gradients", dt * (dt * (dt * np.array(splitting.gradients[1:])))),
-    ):
-        setattr(method, name, wp.array(table, dtype=wp.float64, device=device))
+    method.drifts, method.kicks, method.gradients = _tables(
+        splitting.drifts, splitting.kicks[1:], splitting.gradients[1:], device.alias
+    )
     return method
+
+
+@functools.lru_cache(maxsize=64)
+def _tables(*tables_and_device):
+    """A method's tables on a device, kept: short calls take no longer than they must."""
+    *tables, device = tables_and_device
+    return [wp.array(table, dtype=wp.float64, device=device) for table in tables]
 
 
 @wp.struct
@@ -56,8 +63,8 @@ def substep_of(method: Method, j: int):
     part = SubStep()
     if j == 0:
         part.opening = method.opening
-    part.drift = method.drifts[j]
-    part.kick = method.kicks[j]
-    part.factor = method.gradients[j]
+    part.drift = method.dt * method.drifts[j]
+    part.kick = method.dt * method.kicks[j]
+    part.factor = method.dt * (method.dt * (method.dt * method.gradients[j]))
     part.evaluating = part.kick != wp.float64(0.0) or part.factor != wp.float64(0.0)
     return part

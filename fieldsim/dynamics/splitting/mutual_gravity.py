@@ -1,7 +1,7 @@
 """Particles that pull each other: a direct sum over all that have gravity, at every stage of a splitting.
 
 Each pulls with its kernel as a Point does, so any kernel may rule. All pulls come in equal and opposite pairs, which
-keeps momentum to rounding. One thread per particle and stage: a drift of all has to end before the next kick. A few
+keeps momentum to rounding. One launch for each part of a stage: a drift of all has to end before the next kick. A few
 particles on a CPU are moved by one thread through all steps: launches would take longer than what they do.
 """
 
@@ -12,140 +12,239 @@ import warp as wp
 
 from fieldsim.arrays import kept, read_only
 from fieldsim.copies import Uncopied
+from fieldsim.dynamics.splitting.groups import column, kicked_of, lanes_of, launch_groups, load_of, store_of
+from fieldsim.dynamics.splitting.method import Method, SubStep, method_of, substep_of
 from fieldsim.dynamics.state import State
 from fieldsim.launch import launch
 from fieldsim.numerics.running_sums import added
-from fieldsim.sources.field import field_at
+from fieldsim.portable import Table, hole, portable, real
+from fieldsim.potentials.row import Layout, offset_from, vector_of
+from fieldsim.sources.field import bends_at, bent_along, pulls_at
 from fieldsim.sources.stages import Stages
 
 # One thread moves all particles where no more pairs than these are to be summed.
 FEW_PAIRS = 4096
 
 
+# Columns of a source: its place, its strength G m, the kernel's width, and its acceleration.
+SOURCE = Layout()
+PLACE = SOURCE.vector("PLACE", "position")
+PULL = SOURCE.number("PULL", "strength, G m")
+WIDTH = SOURCE.number("WIDTH", "the kernel's parameter")
+ACCELERATION = SOURCE.vector("ACCELERATION", "acceleration, where a force gradient is asked for")
+ACCELERATION_X = wp.constant(ACCELERATION.start)
+from_place = offset_from(PLACE)
+acceleration_of = vector_of(ACCELERATION)
+
+law = hole("r2, width, fold, times")
+
+
+@portable
+def _pull_of_sources(x: real, y: real, z: real, rows: Table, count: int):
+    """The acceleration at a point by `count` sources."""
+    ax = real(0.0)
+    ay = real(0.0)
+    az = real(0.0)
+    for k in range(count):
+        dx, dy, dz = from_place(x, y, z, rows, k)
+        _h, slope, _bend = law(dx * dx + dy * dy + dz * dz, rows[k, WIDTH], real(0.0), real(0.0))
+        pull = rows[k, PULL] * (real(2.0) * slope)
+        ax += pull * dx
+        ay += pull * dy
+        az += pull * dz
+    return ax, ay, az
+
+
+@portable
+def _gradient_of_sources(x: real, y: real, z: real, ax: real, ay: real, az: real, rows: Table, count: int):
+    """Half the gradient of the sum of all |acceleration|^2: Hessians of h times differences of accelerations."""
+    gx = real(0.0)
+    gy = real(0.0)
+    gz = real(0.0)
+    for k in range(count):
+        dx, dy, dz = from_place(x, y, z, rows, k)
+        bx, by, bz = acceleration_of(rows, k)
+        r2 = dx * dx + dy * dy + dz * dz
+        # The law's bend is taken times r^2, so that nothing overflows near a source.
+        _h, slope, bend = law(r2, rows[k, WIDTH], real(0.0), r2)
+        along = dx * (ax - bx) + dy * (ay - by) + dz * (az - bz)
+        if r2 > real(0.0):
+            along = real(4.0) * bend * (along / r2)
+        pull = real(2.0) * slope
+        gx += rows[k, PULL] * (pull * (ax - bx) + along * dx)
+        gy += rows[k, PULL] * (pull * (ay - by) + along * dy)
+        gz += rows[k, PULL] * (pull * (az - bz) + along * dz)
+    return gx, gy, gz
+
+
 @wp.struct
 class Pull:
-    """Which particles pull, (M,) indices; with what strength, G mass (M,); and their kernel's width."""
+    """What pulls: rows (M, columns of SOURCE), and of each particle which row is its, or -1 (N,)."""
 
-    sources: wp.array(dtype=wp.int32)
-    strengths: wp.array(dtype=wp.float64)
-    width: wp.float64
+    rows: wp.array2d(dtype=wp.float64)
+    index: wp.array(dtype=wp.int32)
 
 
 @functools.cache
-def _kicked(kinds_used, kernel):
-    """Warp function that kicks one particle by the pull of the bodies and of the particles."""
-    field = field_at(kinds_used)
-    law = kernel.law.warp(wp.float64)
+def _shifts_of(lanes: int):
+    """Warp functions for groups of particles: move and tell (see `parts_of`)."""
+    load, store, kicked = load_of(lanes), store_of(lanes), kicked_of(lanes)
 
     @wp.func
-    def kicked(
-        i: int,
-        weight: wp.float64,
-        stage: int,
-        gravity: Stages,
-        pull: Pull,
-        x: wp.array(dtype=wp.vec3d),
-        v: wp.array(dtype=wp.vec3d),
-        v_rest: wp.array(dtype=wp.vec3d),
-    ):
-        here = x[i]
-        _f, a = field(here, gravity, stage)
-        for k in range(pull.sources.shape[0]):
-            away = here - x[pull.sources[k]]
-            _h, slope, _bend = law(wp.dot(away, away), pull.width, wp.float64(0.0), wp.float64(0.0))
-            a = a + (pull.strengths[k] * (wp.float64(2.0) * slope)) * away
-        new, rest = added(v[i], v_rest[i], weight * a)
-        v[i] = new
-        v_rest[i] = rest
+    def move(first: int, part: SubStep, pull: Pull, state: State):
+        count = wp.min(lanes, state.x.shape[0] - first)
+        p = load(state, first, count)
+        if part.opening != wp.float64(0.0):
+            p = kicked(p, part.opening * p.a)
+        x, x_rest = added(p.x, p.x_rest, part.drift * p.v)
+        p.x = x
+        p.x_rest = x_rest
+        store(p, state, first, count)
+        for k in range(count):
+            row = pull.index[first + k]
+            if row >= 0:
+                for c in range(3):
+                    pull.rows[row, c] = x[c, k]
 
-    return kicked
+    @wp.func
+    def tell(first: int, pull: Pull, state: State):
+        for i in range(first, wp.min(first + lanes, state.x.shape[0])):
+            row = pull.index[i]
+            if row >= 0:
+                a = state.a[i]
+                for c in range(3):
+                    pull.rows[row, ACCELERATION_X + c] = a[c]
+
+    return move, tell
 
 
 @functools.cache
-def kick_kernel(kinds_used, kernel):
-    """Kernel (v, v_rest; x, weight, stage, gravity, pull): v += weight * (pull of the bodies and of the particles)."""
-    kicked = _kicked(kinds_used, kernel)
+def _forces_of(kinds_used, kernel, gradients: bool, lanes: int):
+    """Warp functions for groups of particles: accelerate and kick (see `parts_of`)."""
+    load, store, kicked = load_of(lanes), store_of(lanes), kicked_of(lanes)
+    field, bends = pulls_at(kinds_used, lanes), bends_at(kinds_used, lanes)
+    pulled = _pull_of_sources.bind(law=kernel.law).warp(wp.float64)
+    bent = _gradient_of_sources.bind(law=kernel.law).warp(wp.float64)
+
+    @wp.func
+    def accelerate(first: int, stage: int, gravity: Stages, pull: Pull, state: State):
+        count = wp.min(lanes, state.x.shape[0] - first)
+        p = load(state, first, count)
+        a = field(p.x, gravity, stage)
+        for k in range(count):
+            x, y, z = pulled(p.x[0, k], p.x[1, k], p.x[2, k], pull.rows, pull.rows.shape[0])
+            state.a[first + k] = column(a, k) + wp.vec3d(x, y, z)
+
+    @wp.func
+    def kick(first: int, part: SubStep, stage: int, gravity: Stages, pull: Pull, state: State):
+        count = wp.min(lanes, state.x.shape[0] - first)
+        p = load(state, first, count)
+        impulse = part.kick * p.a
+        if wp.static(gradients):
+            if part.factor != wp.float64(0.0):
+                _a, h = bends(p.x, gravity, stage)
+                push = bent_along(h, p.a)
+                for k in range(count):
+                    x, y, z = bent(
+                        p.x[0, k], p.x[1, k], p.x[2, k], p.a[0, k], p.a[1, k], p.a[2, k], pull.rows, pull.rows.shape[0]
+                    )
+                    push[0, k] = push[0, k] + x
+                    push[1, k] = push[1, k] + y
+                    push[2, k] = push[2, k] + z
+                impulse = impulse + part.factor * push
+        store(kicked(p, impulse), state, first, count)
+
+    return accelerate, kick
+
+
+def parts_of(kinds_used, kernel, gradients: bool, lanes: int):
+    """The parts of a stage, each for one group of particles, as Warp functions.
+
+    move (first, part, pull, state): what of the kick by the old acceleration is due, and the drift.
+    accelerate (first, stage, gravity, pull, state): the new acceleration. tell (first, pull, state): it to the sources.
+    kick (first, part, stage, gravity, pull, state): the kick by the new one, with its force gradient.
+
+    For gravity of the given kinds and particles that pull with `kernel`, a class.
+    """
+    move, tell = _shifts_of(lanes)
+    accelerate, kick = _forces_of(kinds_used, kernel, gradients, lanes)
+    return move, accelerate, tell, kick
+
+
+@functools.cache
+def stage_kernels(kinds_used, kernel, gradients: bool, lanes: int):
+    """Kernels over groups, for the parts of a stage (see `parts_of`): move, accelerate, tell and kick."""
+    move_group, accelerate_group, tell_group, kick_group = parts_of(kinds_used, kernel, gradients, lanes)
 
     @wp.kernel(module="unique", enable_backward=False)
-    def kick(
-        start: int,
-        weight: wp.float64,
-        stage: int,
-        gravity: Stages,
-        pull: Pull,
-        x: wp.array(dtype=wp.vec3d),
-        v: wp.array(dtype=wp.vec3d),
-        v_rest: wp.array(dtype=wp.vec3d),
-    ):
-        kicked(start + wp.tid(), weight, stage, gravity, pull, x, v, v_rest)
+    def move(start: int, method: Method, j: int, pull: Pull, state: State):
+        move_group((start + wp.tid()) * lanes, substep_of(method, j), pull, state)
 
-    return kick
+    @wp.kernel(module="unique", enable_backward=False)
+    def accelerate(start: int, stage: int, gravity: Stages, pull: Pull, state: State):
+        accelerate_group((start + wp.tid()) * lanes, stage, gravity, pull, state)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def tell(start: int, pull: Pull, state: State):
+        tell_group((start + wp.tid()) * lanes, pull, state)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def kick(start: int, method: Method, j: int, stage: int, gravity: Stages, pull: Pull, state: State):
+        kick_group((start + wp.tid()) * lanes, substep_of(method, j), stage, gravity, pull, state)
+
+    return move, accelerate, tell, kick
 
 
 @functools.cache
-def steps_kernel(kinds_used, kernel):
+def steps_kernel(kinds_used, kernel, gradients: bool, lanes: int):
     """Kernel: all particles through all steps of a launch on one thread."""
-    kicked = _kicked(kinds_used, kernel)
+    move, accelerate, tell, kick = parts_of(kinds_used, kernel, gradients, lanes)
 
     @wp.kernel(module="unique", enable_backward=False)
-    def leap(
-        start: int,
-        steps: int,
-        kicks: wp.array(dtype=wp.float64),
-        drifts: wp.array(dtype=wp.float64),
-        gravity: Stages,
-        pull: Pull,
-        x: wp.array(dtype=wp.vec3d),
-        v: wp.array(dtype=wp.vec3d),
-        x_rest: wp.array(dtype=wp.vec3d),
-        v_rest: wp.array(dtype=wp.vec3d),
-    ):
+    def leap(start: int, steps: int, method: Method, gravity: Stages, pull: Pull, state: State):
+        groups = (state.x.shape[0] + lanes - 1) // lanes
         for step in range(steps):
-            for j in range(kicks.shape[0]):
-                if j > 0:
-                    for i in range(x.shape[0]):
-                        new, rest = added(x[i], x_rest[i], drifts[j - 1] * v[i])
-                        x[i] = new
-                        x_rest[i] = rest
-                if kicks[j] != wp.float64(0.0):
-                    for i in range(x.shape[0]):
-                        kicked(i, kicks[j], step * drifts.shape[0] + j, gravity, pull, x, v, v_rest)
+            for j in range(method.stages):
+                part = substep_of(method, j)
+                stage = step * method.stages + j + 1
+                for group in range(groups):
+                    move(group * lanes, part, pull, state)
+                if part.evaluating:
+                    for group in range(groups):
+                        accelerate(group * lanes, stage, gravity, pull, state)
+                    if part.factor != wp.float64(0.0):
+                        for group in range(groups):
+                            tell(group * lanes, pull, state)
+                    for group in range(groups):
+                        kick(group * lanes, part, stage, gravity, pull, state)
 
     return leap
+
+
+@portable
+def _potential_of_sources(x: real, y: real, z: real, rows: Table, count: int, own: int):
+    """Minus the sum of G m h at a point, without source `own`."""
+    total = real(0.0)
+    for k in range(count):
+        if k != own:
+            dx, dy, dz = from_place(x, y, z, rows, k)
+            h, _slope, _bend = law(dx * dx + dy * dy + dz * dz, rows[k, WIDTH], real(0.0), real(0.0))
+            total = total - rows[k, PULL] * h
+    return total
 
 
 @functools.cache
 def potential_kernel(kernel):
     """Kernel (pull, x; energies): potential energy of each particle in the pull of the others."""
-    law = kernel.law.warp(wp.float64)
+    potential_of = _potential_of_sources.bind(law=kernel.law).warp(wp.float64)
 
     @wp.kernel(module="unique", enable_backward=False)
     def potential(start: int, pull: Pull, x: wp.array(dtype=wp.vec3d), energies: wp.array(dtype=wp.float64)):
         i = start + wp.tid()
-        total = wp.float64(0.0)
-        for k in range(pull.sources.shape[0]):
-            if pull.sources[k] != i:
-                away = x[i] - x[pull.sources[k]]
-                h, _slope, _bend = law(wp.dot(away, away), pull.width, wp.float64(0.0), wp.float64(0.0))
-                total = total - pull.strengths[k] * h
-        energies[i] = total
+        p = x[i]
+        energies[i] = potential_of(p[0], p[1], p[2], pull.rows, pull.rows.shape[0], pull.index[i])
 
     return potential
-
-
-@wp.kernel(module="unique", enable_backward=False)
-def drift_kernel(
-    start: int,
-    time: wp.float64,
-    v: wp.array(dtype=wp.vec3d),
-    x: wp.array(dtype=wp.vec3d),
-    x_rest: wp.array(dtype=wp.vec3d),
-):
-    """Move every particle freely for a time."""
-    i = start + wp.tid()
-    new, rest = added(x[i], x_rest[i], time * v[i])
-    x[i] = new
-    x_rest[i] = rest
 
 
 class MutualGravity(Uncopied):
@@ -157,7 +256,9 @@ class MutualGravity(Uncopied):
         self.device, self.threads = device, threads
         pulling = [particles for particles in world.particles if particles.gravity is not None]
         self._kernel = pulling[0].gravity if pulling else None
-        strengths = [np.full(len(p), p.G * p.mass if p.gravity is not None else 0.0) for p in world.particles if len(p)]
+        strengths = [
+            np.broadcast_to(p.G * np.asarray(p.mass) if p.gravity is not None else 0.0, len(p)) for p in world.particles
+        ]
         # G m of each particle, 0 of those that do not pull.
         self.strengths = read_only(np.concatenate([[], *strengths]))
         self._sources = np.flatnonzero(self.strengths)
@@ -165,47 +266,55 @@ class MutualGravity(Uncopied):
     def __len__(self) -> int:
         return len(self._sources)
 
-    @functools.cached_property
-    def _pull(self):
+    def _pull_at(self, x) -> Pull:
+        """What pulls, with the particles at x (N,)."""
+        index = np.full(len(self.strengths), -1)
+        index[self._sources] = np.arange(len(self))
+        rows = np.zeros((len(self), SOURCE.width))
+        rows[:, PLACE] = x.numpy()[self._sources]
+        rows[:, PULL] = self.strengths[self._sources]
+        rows[:, WIDTH] = self._kernel.width if self._kernel else 0.0
         pull = Pull()
-        pull.sources = wp.array(self._sources, dtype=wp.int32, device=self.device)
-        pull.strengths = wp.array(self.strengths[self._sources], dtype=wp.float64, device=self.device)
-        pull.width = self._kernel.width if self._kernel else 0.0
+        pull.rows = wp.array(rows, dtype=wp.float64, device=self.device)
+        pull.index = wp.array(index, dtype=wp.int32, device=self.device)
         return pull
 
-    def leap(self, state: State, steps: int, dt: float, method, gravity: Stages, kinds_used) -> None:
+    def leap(self, state: State, steps: int, dt: float, splitting, gravity: Stages, kinds_used) -> None:
         """Take all particles through `steps` steps; gravity: the bodies' tables at the stages of all of them."""
-        count = len(self.strengths)
-        if not state.x.device.is_cuda and count * len(self) <= FEW_PAIRS:
-            kernel = steps_kernel(kinds_used, type(self._kernel))
-            tables = (wp.array(dt * np.array(t), dtype=wp.float64, device="cpu") for t in (method.kicks, method.drifts))
-            inputs = [steps, *tables, gravity, self._pull]
-            launch(kernel, 1, inputs, [state.x, state.v, state.x_rest, state.v_rest], device=self.device, threads=1)
+        count, lanes = len(self.strengths), lanes_of(self.device)
+        method, pull = method_of(splitting, dt, self.device), self._pull_at(state.x)
+        code = kinds_used, type(self._kernel), any(splitting.gradients), lanes
+        if not self.device.is_cuda and count * len(self) <= FEW_PAIRS:
+            inputs = [steps, method, gravity, pull, state]
+            launch(steps_kernel(*code), 1, inputs, device=self.device, threads=1)
             return
-        kick = kick_kernel(kinds_used, type(self._kernel))
-        options = {"device": self.device, "threads": self.threads, "grain": 16}
+        move, accelerate, tell, kick = stage_kernels(*code)
+        options = {"device": self.device, "threads": self.threads}
         for step in range(steps):
-            for j, weight in enumerate(method.kicks):
-                if j:
-                    shares = [wp.float64(dt * method.drifts[j - 1]), state.v]
-                    launch(drift_kernel, count, shares, [state.x, state.x_rest], **options)
-                if weight:
-                    stage = step * len(method.drifts) + j
-                    inputs = [wp.float64(dt * weight), stage, gravity, self._pull, state.x]
-                    launch(kick, count, inputs, [state.v, state.v_rest], **options)
+            for j, (weight, factor) in enumerate(zip(splitting.kicks[1:], splitting.gradients[1:], strict=True)):
+                stage = step * len(splitting.drifts) + j + 1
+                launch_groups(move, count, [method, j, pull, state], **options)
+                if weight or factor:
+                    launch_groups(accelerate, count, [stage, gravity, pull, state], **options)
+                    if factor:
+                        launch_groups(tell, count, [pull, state], **options)
+                    launch_groups(kick, count, [method, j, stage, gravity, pull, state], **options)
 
-    def accelerations(self, state: State, gravity: Stages, kinds_used) -> np.ndarray:
-        """Of all particles by the pull of the bodies, at the first stage of `gravity`, and of each other, (N, 3)."""
-        found, rest = wp.zeros_like(state.v), wp.zeros_like(state.v)
-        inputs = [wp.float64(1.0), 0, gravity, self._pull, state.x]
-        kernel = kick_kernel(kinds_used, type(self._kernel))
-        launch(kernel, len(found), inputs, [found, rest], device=self.device, threads=self.threads)
-        return found.numpy()
+    def accelerations(self, x, gravity: Stages, kinds_used):
+        """Of particles at x (N,), by the bodies at the first stage of `gravity` and by each other; an array as x."""
+        state = State()
+        state.x = x
+        state.v, state.x_rest, state.v_rest, state.a = (wp.zeros_like(x) for _ in range(4))
+        _move, accelerate, _tell, _kick = stage_kernels(kinds_used, type(self._kernel), False, lanes_of(self.device))
+        inputs = [0, gravity, self._pull_at(x), state]
+        launch_groups(accelerate, len(x), inputs, device=self.device, threads=self.threads)
+        return state.a
 
     def potential_energies(self, positions: np.ndarray) -> np.ndarray:
         """Of each particle in the pull of the others, (N,): minus G m of the others times h, per unit of its mass."""
         points = wp.array(positions, dtype=wp.vec3d, device=self.device)
         energies = wp.empty(len(positions), dtype=wp.float64, device=self.device)
         kernel = potential_kernel(type(self._kernel))
-        launch(kernel, len(positions), [self._pull, points], [energies], device=self.device, threads=self.threads)
+        inputs = [self._pull_at(points), points]
+        launch(kernel, len(positions), inputs, [energies], device=self.device, threads=self.threads)
         return kept(energies.numpy())

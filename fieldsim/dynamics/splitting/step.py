@@ -8,10 +8,9 @@ import functools
 
 import warp as wp
 
-from fieldsim.dynamics.splitting.groups import group_of, vectors
+from fieldsim.dynamics.splitting.groups import group_of, kicked_of
 from fieldsim.dynamics.splitting.method import SubStep
 from fieldsim.dynamics.state import drifted
-from fieldsim.numerics.running_sums import added
 from fieldsim.sources.field import bends_at, bent_along, pulls_at
 from fieldsim.sources.stages import Stages
 
@@ -22,16 +21,10 @@ def advance_of(kinds_used, gradients: bool, lanes: int):
 
     gradients: whether the method has any.
     """
-    Group, matrix = group_of(lanes), vectors(lanes)
+    Group = group_of(lanes)
+    kicked = kicked_of(lanes)
     pull = pulls_at(kinds_used, lanes)
     bends = bends_at(kinds_used, lanes)
-
-    @wp.func
-    def kicked(p: Group, kick: matrix):
-        v, v_rest = added(p.v, p.v_rest, kick)
-        p.v = v
-        p.v_rest = v_rest
-        return p
 
     @wp.func
     def plain(p: Group, part: SubStep, gravity: Stages, stage: int):

@@ -7,6 +7,7 @@ import numpy as np
 import warp as wp
 
 from fieldsim import launch
+from fieldsim.portable.lanes.kernels import items_of, lanes_kernel
 from fieldsim.potentials import registry
 from fieldsim.potentials.elements import pack
 
@@ -20,7 +21,7 @@ def evaluate(target, elements, points):
 def jets(target, kinds, rows, points):
     """Jets (N, 10) in float64 of element i alone at points[i]; outputs start as NaN.
 
-    target: "warp64", "warp32" or "numba".
+    target: "warp64", "warp32", "lanes64", "lanes32" or "numba".
     """
     kinds = np.asarray(kinds)
     rows, points = np.asarray(rows, dtype=float), np.asarray(points, dtype=float)
@@ -47,10 +48,33 @@ def _jets_of_formula(target, kind, rows, points):
     if target == "numba":
         _numba(kind)(points, rows, out)
         return out
-    scalar = {"warp64": wp.float64, "warp32": wp.float32}[target]
+    scalar = wp.float32 if target.endswith("32") else wp.float64
+    if target.startswith("lanes"):
+        return _jets_in_lanes(kind, scalar, rows, points)
     arrays = [wp.array(a, dtype=scalar, device="cpu") for a in (points, rows, out)]
     launch.launch(_warp(kind, scalar), len(points), arrays[:2], arrays[2:], device="cpu")
     return arrays[2].numpy().astype(float)
+
+
+# Value, gradient and the Hessian's rows, by their places in a jet.
+MATRIX = (4, 7, 8, 7, 5, 9, 8, 9, 6)
+
+
+def _jets_in_lanes(kind, scalar, rows, points):
+    """As `jets`: where one row repeats, as fields do, the same in all lanes, else each lane with a row of its own."""
+    alone = len(rows) > 0 and (rows == rows[0]).all()
+    inputs = ("points", "table", "int" if alone else "integers")
+    kernel = lanes_kernel(_jet(kind), scalar, inputs, ((0,), (1, 2, 3), MATRIX))
+    index = 0 if alone else wp.array(np.arange(len(points)), dtype=wp.int32, device="cpu")
+    vector = wp.types.vector(3, scalar)
+    given = [wp.array(points, dtype=vector, device="cpu"), wp.array(rows, dtype=scalar, device="cpu"), index]
+    shapes = {(): scalar, (3,): vector, (3, 3): wp.types.matrix((3, 3), scalar)}
+    results = [
+        wp.array(np.full((len(points), *shape), np.nan), dtype=dtype, device="cpu") for shape, dtype in shapes.items()
+    ]
+    launch.launch(kernel, items_of(len(points), scalar), given, results, device="cpu")
+    value, gradient, hessian = (result.numpy().astype(float) for result in results)
+    return np.column_stack([value, gradient, hessian.reshape(-1, 9)[:, [0, 4, 8, 1, 2, 5]]])
 
 
 @functools.cache

@@ -1,4 +1,4 @@
-"""Field mathematics written once, compiled for Warp float32, Warp float64 and numba.
+"""Field mathematics written once, compiled for Warp float32, Warp float64, numba and lanes.
 
 A portable function is a plain scalar Python function under `@portable`. In its annotations `real` stands for the scalar
 type, `Table` for a two-dimensional array of reals and `Indices` for a one-dimensional array of int32. In its body:
@@ -12,41 +12,24 @@ type, `Table` for a two-dimensional array of reals and `Indices` for a one-dimen
 
 Whatever else a target lacks, or takes differently, is refused with a PortableError (see `rules`).
 
-`f.warp(wp.float64)` is a Warp function, `f.numba` a numba one, and `f(...)` runs as plain Python.
+`f.warp(wp.float64)` is a Warp function, `f.numba` a numba one, `f.lanes(wp.float64)` C++ over vectors, and `f(...)`
+runs as plain Python.
 """
 
 import dis
 import functools
 import threading
 import types
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from fieldsim.copies import ThreadLock
 from fieldsim.errors import PortableError
 from fieldsim.portable import rules
 from fieldsim.portable.holes import Hole
+from fieldsim.portable.marks import MARKS, Indices, Table, real
 
-real = float
-
-
-class Table(Protocol):
-    """Annotation: two-dimensional array of reals."""
-
-    shape: tuple[int, int]
-
-    def __getitem__(self, place: tuple[int, int], /) -> real: ...
-
-
-class Indices(Protocol):
-    """Annotation: one-dimensional array of int32."""
-
-    shape: tuple[int]
-
-    def __getitem__(self, place: int, /) -> int: ...
-
-
-_MARKS = (real, int, bool, Table, Indices)
-
+if TYPE_CHECKING:
+    from fieldsim.portable.lanes import Lanes
 
 # One thread makes twins at a time: neither what is half made nor Warp's and numba's tables are for others.
 _compiling = ThreadLock()
@@ -90,6 +73,21 @@ class Portable:
         """The numba function in float64, compiled once."""
         return self._twin("numba", float)
 
+    def lanes(self, scalar, *, uniform: tuple[str, ...] | None = None, width: int | None = None) -> "Lanes":
+        """The function in C++ for vectors of `scalar` (wp.float32 or wp.float64), with all that it calls.
+
+        uniform: names of arguments that are the same in all lanes; default all that are not real. width: how many
+        lanes; default 8, in float32 16.
+        """
+        from fieldsim.portable.lanes import lanes_of
+
+        return lanes_of(self, scalar.__name__ == "float32", uniform, width)
+
+    def checked(self) -> "Portable":
+        """Itself; raises PortableError where it breaks a rule."""
+        rules.check(self.function, self._globals(), lambda value: isinstance(value, Portable), MARKS)
+        return self
+
     @functools.cached_property
     def _python(self):
         return types.FunctionType(self.function.__code__, self._globals(), self.function.__name__)
@@ -127,7 +125,7 @@ class Portable:
         """The function with the target's scalar and the target's twins of the functions it calls."""
         source = self.function
         names = self._globals()
-        rules.check(source, names, lambda value: isinstance(value, Portable), _MARKS)
+        self.checked()
         names["real"] = scalar
         for name in _global_names(source.__code__):
             if isinstance(names.get(name), Portable):

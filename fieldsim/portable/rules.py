@@ -47,33 +47,38 @@ def check(function, names, is_portable, annotations) -> None:
     names: its global names as bound; is_portable(value): whether it is a portable function;
     annotations: the marks it may carry.
     """
-    tree = _parse(function)
-    definition = tree.body[0]
-    if not isinstance(definition, ast.FunctionDef):
-        raise PortableError(f"{_where(function)} is not written with def; portable functions are")
+    definition = definition_of(function)
     if function.__code__.co_freevars:
         raise PortableError(
             f"{_where(function)} captures {sorted(function.__code__.co_freevars)} of the function around it; "
             "make them global names and give them with bind"
         )
     _check_arguments(function, definition.args, annotations)
-    definition.decorator_list = []
-    for argument in definition.args.args:
-        argument.annotation = None
-    _Rules(function, names, is_portable).visit(tree)
+    visitor = _Rules(function, names, is_portable)
+    for statement in definition.body:
+        visitor.visit(statement)
 
 
 @functools.cache
-def _parse(function):
+def definition_of(function) -> ast.FunctionDef:
+    """The tree of a function; raises PortableError where there is no source, or another one than a definition."""
     try:
-        return ast.parse(textwrap.dedent(inspect.getsource(function)))
+        definition = ast.parse(textwrap.dedent(inspect.getsource(function))).body[0]
     except (OSError, SyntaxError):
         raise PortableError(f"{_where(function)} has no source to read; define it with def in a file") from None
+    if not isinstance(definition, ast.FunctionDef):
+        raise PortableError(f"{_where(function)} is not written with def; portable functions are")
+    return definition
 
 
 def _where(function, line=None):
     place = "" if line is None else f", line {function.__code__.co_firstlineno + line - 1},"
     return f"portable function {function.__module__}.{function.__qualname__}{place}"
+
+
+def refuse(function, node, what):
+    """Raise PortableError: what `function` does at a node of its tree, and the remedy."""
+    raise PortableError(f"{_where(function, getattr(node, 'lineno', None))} {what}")
 
 
 def _check_arguments(function, arguments, annotations):
@@ -98,8 +103,7 @@ class _Rules(ast.NodeVisitor):
         self.locals = frozenset(function.__code__.co_varnames)
 
     def refuse(self, node, what):
-        line = getattr(node, "lineno", None)
-        raise PortableError(f"{_where(self.function, line)} {what}")
+        refuse(self.function, node, what)
 
     def visit(self, node):
         if isinstance(node, _SYNTAX):

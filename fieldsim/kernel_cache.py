@@ -124,14 +124,23 @@ def _folder_of(module, block_dim):
 
 def _load(module, device, block_dim):
     folder = _folder_of(module, block_dim)
-    with _held(folder):
+    with held(folder):
         _drop_damaged(folder)
         module.load(device, block_dim=block_dim)
         _sign(folder)
 
 
+def root() -> pathlib.Path:
+    """The folder of this version's modules."""
+    folder = _chosen()
+    if folder is None:
+        wp.init()
+        folder = pathlib.Path(wp.config.kernel_cache_dir)
+    return folder if folder.name == wp.config.version else folder / wp.config.version
+
+
 @contextlib.contextmanager
-def _held(folder):
+def held(folder: pathlib.Path):
     """Hold the folder's lock against other processes: one byte, by its name, of one file that all lock in."""
     place = int.from_bytes(hashlib.sha256(folder.name.encode()).digest()[:4], "big")
     file = _lock_file(folder.parent)

@@ -58,8 +58,7 @@ def snapshots(scenario: Scenario, times: Sequence[float], device: str | None, re
         yield from map(scenario.shown.at, times)
         return
     report.log = log
-    for name in ("counted", "compiled"):
-        setattr(report, name, getattr(run, name, getattr(report, name)))
+    report.counted = getattr(run, "counted", report.counted)
     report.integrator = str(run.choice or run.integrator)
     for moment in times:
         with report.simulating.running():

@@ -37,7 +37,7 @@ class Report:
     """What making a film took. Times in seconds of wall time.
 
     energy, log: how well energy was kept; None in a world where the dynamics move nothing. counted: what was done in
-    particle_steps; compiled: why it took what `compiling` says.
+    particle_steps.
     """
 
     path: str
@@ -54,7 +54,6 @@ class Report:
     log: RunLog | None = None
     integrator: str = ""
     counted: str = "particle-steps"
-    compiled: str = "first run only"
 
     @property
     def compiling(self) -> float:
@@ -75,7 +74,7 @@ class Report:
         rays = _short(self.rays / self.rendering.seconds)
         lines.append(f"  rendering  {self.rendering.seconds:6.1f} s  {rays} rays/s")
         if self.compiling > COMPILING:
-            lines.append(f"  compiling  {self.compiling:6.1f} s  {self.compiled}")
+            lines.append(f"  compiling  {self.compiling:6.1f} s  first run only")
         if self.energy is not None:
             lines.append(f"  {self.energy}")
         return "\n".join(lines)

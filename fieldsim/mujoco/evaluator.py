@@ -1,5 +1,7 @@
 """Adding the forces of a plan to MuJoCo's data: by native code, without Python's lock, or in Python, to debug."""
 
+import functools
+
 import mujoco
 import numpy as np
 
@@ -17,10 +19,14 @@ class Evaluator:
 
     def __init__(self, accuracy: str, touching: bool, native: bool, gravity: SourceTable, surface: SourceTable):
         self.gravity, self.surface = gravity, surface
-        self._act = actor(accuracy, touching, native)
+        self._kind = accuracy, touching
         self._function = memory.acting(accuracy, touching) if native else None
         self._locked = memory.LOCKED(self._function.address) if self._function else None
         self.head = NO_HEAD
+
+    @functools.cached_property
+    def _act_in_python(self):
+        return actor(*self._kind, False)
 
     @property
     def free_of_python(self) -> bool:
@@ -50,7 +56,7 @@ class Evaluator:
             self._locked(head.ctypes.data, model, data, found.ctypes.data if len(found) else 0)
         else:
             views = memory.views_at(model, data, *self._sizes)
-            self._act(plan or self.plan, views, self._room, found)
+            self._act_in_python(plan or self.plan, views, self._room, found)
 
     def spoil(self, model: int, data: int) -> None:
         """Let the state at an address blow up."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import mujoco
 import numpy as np
 
-from fieldsim import launch, validate
+from fieldsim import validate
 from fieldsim.dynamics.auto import Choice, IntegratorLike
 from fieldsim.dynamics.diagnostics.energy_log import EnergyReport, History
 from fieldsim.dynamics.diagnostics.totals import Drift, Total
@@ -136,8 +136,7 @@ class Experiment(Scenario):
 class Run:
     """An experiment under way: `advance(time)`, `snapshot()`; data: its MjData; forces: its FieldForces."""
 
-    # For the report on a film.
-    counted, compiled = "MuJoCo steps", "mostly MuJoCo's callback, in every run"
+    counted = "MuJoCo steps"  # for the report on a film
     choice: Choice | None = None
 
     def __init__(self, experiment: Experiment, others: ScenarioRun | None = None, log: RunLog | None = None):
@@ -155,8 +154,7 @@ class Run:
         self._refuse_timestep()
         mujoco.mj_forward(model, self.data)
         options = {name: getattr(experiment, name) for name in ("accuracy", "contact", "keep_gravity")}
-        with launch.loading():  # numba's compiler at work, the first time
-            self.forces = FieldForces(model, self.data, experiment.world, **options)
+        self.forces = FieldForces(model, self.data, experiment.world, **options)
         self.time, self.steps_done, self._warned = 0.0, 0, False
         name = mujoco.mjtIntegrator(model.opt.integrator).name.removeprefix("mjINT_")
         self.integrator = f"{name} of {model.opt.timestep:g}"

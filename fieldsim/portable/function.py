@@ -73,6 +73,11 @@ class Portable:
         """The numba function in float64, compiled once."""
         return self._twin("numba", float)
 
+    @property
+    def native(self):
+        """The numba function in float64 for object code (see `fieldsim.native`): Python cannot call it."""
+        return self._twin("native", float)
+
     def lanes(self, scalar, *, uniform: tuple[str, ...] | None = None, width: int | None = None) -> "Lanes":
         """The function in C++ for vectors of `scalar` (wp.float32 or wp.float64), with all that it calls.
 
@@ -151,7 +156,8 @@ def _compile(twin, target):
 
     # Inlined, so that LLVM drops what a caller leaves unused (a Hessian, a gradient). Portable functions own no memory,
     # and without numba's counting of references to the tables passed down they run twice as fast.
-    return numba.njit(error_model="numpy", forceinline=True, _nrt=False)(twin)
+    options = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True} if target == "native" else {}
+    return numba.njit(error_model="numpy", forceinline=True, _nrt=False, **options)(twin)
 
 
 def _annotations(source, target, scalar):

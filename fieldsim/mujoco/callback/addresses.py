@@ -12,6 +12,7 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from fieldsim.errors import FieldsimError
+from fieldsim.native import place_of
 
 
 def _pointer(dtype):
@@ -152,5 +153,16 @@ def python_function(name: str) -> int:
     return address_of(getattr(ctypes.pythonapi, name))
 
 
-THREAD_IDENT = python_function("PyThread_get_thread_ident")
-THREAD_STATE = python_function("PyGILState_GetThisThreadState")
+# Places of addresses in native code's table (see `native.loader`): of functions of Python and of MuJoCo, of a Python
+# function and a message, of tables.
+THREAD_IDENT = place_of("PyThread_get_thread_ident", python_function("PyThread_get_thread_ident"))
+THREAD_STATE = place_of("PyGILState_GetThisThreadState", python_function("PyGILState_GetThisThreadState"))
+LOCK = place_of("PyGILState_Ensure", python_function("PyGILState_Ensure"))
+UNLOCK = place_of("PyGILState_Release", python_function("PyGILState_Release"))
+NUMBER = place_of("PyLong_FromSsize_t", python_function("PyLong_FromSsize_t"))
+TUPLE = place_of("PyTuple_New", python_function("PyTuple_New"))
+PUT = place_of("PyTuple_SetItem", python_function("PyTuple_SetItem"))
+INVOKE = place_of("PyObject_CallObject", python_function("PyObject_CallObject"))
+FORGET = place_of("Py_DecRef", python_function("Py_DecRef"))
+LEAVE, SOLVE = place_of("mju_error"), place_of("mj_solveM")
+ASKED, MESSAGE, HEADER_PLACE, ROWS_PLACE = map(place_of, ("asked", "message", "header", "rows"))

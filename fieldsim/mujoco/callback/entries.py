@@ -12,7 +12,6 @@ import numba
 import numpy as np
 from numba import types
 
-from fieldsim import launch
 from fieldsim.mujoco.callback import layout
 from fieldsim.mujoco.callback.addresses import (
     THREAD_IDENT,
@@ -26,6 +25,7 @@ from fieldsim.mujoco.callback.addresses import (
 )
 from fieldsim.mujoco.callback.memory import PLACES, double, word
 from fieldsim.mujoco.callback.rows import BYTES, COPY, OWN, PLACE, WATCHED_WIDTH
+from fieldsim.native import inner, known, native_function, place_of
 
 _NV, _NBODY, _SIGNATURE = (PLACES[name] for name in layout.MODEL_FIELDS[:3])
 _TIME, _TIMESTEP, _OWN, _MARK, _SIZE = (PLACES[name] for name in ("time", "timestep", "gravity", "mark", "size"))
@@ -40,7 +40,8 @@ HEADER = np.zeros(2, dtype=np.int64)
 # many threads are at work with it; 6 the thread that entered the field; 7 where its data keeps the time; 8-10 see
 # `count_strangers`; 11 the bits of the time at which its data was last, see `is_set_back`.
 ROWS = np.zeros((MOST, 12), dtype=np.int64)
-HEADER_ADDRESS, ROWS_ADDRESS = HEADER.ctypes.data, ROWS.ctypes.data
+place_of("header", HEADER.ctypes.data)
+place_of("rows", ROWS.ctypes.data)
 MODEL, _MARKED, _SIZES, _SIGNED, ENTRY, BUSY, _THREAD, _CLOCK, _TWINS, HEIRS, FRESH, _LATEST = range(ROWS.shape[1])
 
 
@@ -54,19 +55,25 @@ def signature_of(model: int) -> int:
     return ctypes.c_int64.from_address(model + _SIGNATURE).value
 
 
+def sizes_of(model: int) -> int:
+    """`sizes_in` for Python."""
+    size = ctypes.c_int64 if _SIZE == ctypes.sizeof(ctypes.c_int64) else ctypes.c_int32
+    return (size.from_address(model + _NBODY).value << 32) + size.from_address(model + _NV).value
+
+
 def set_mark(model: int, mark: int) -> None:
     """Write the mark, which copies of the model keep."""
     if _MARK >= 0:
         ctypes.c_uint32.from_address(model + _MARK).value = mark
 
 
-@numba.njit
+@inner
 def mark_in(model):
     """`mark_of` for native code."""
     return numba.carray(halves(model + _MARK), (1,))[0] & 0xFFFFFFFF if _MARK >= 0 else 0
 
 
-@numba.njit
+@inner
 def sizes_in(model):
     """The numbers of degrees of freedom and of bodies, in one word."""
     if _SIZE == 8:
@@ -74,7 +81,7 @@ def sizes_in(model):
     return (numba.carray(halves(model + _NBODY), (1,))[0] << 32) + numba.carray(halves(model + _NV), (1,))[0]
 
 
-@numba.njit
+@inner
 def is_of(known, model, mark, sizes, signature):
     """Whether a model is the one of a row or an entry: by its address, or as a copy by its mark, sizes and signature.
 
@@ -119,7 +126,7 @@ def entry_of(
     return np.array([*row, weightless, touching], dtype=np.int64)
 
 
-@numba.njit
+@inner
 def changed(entry, model):
     """Whether Python must renew what the entry was made of first; counts copies that differ."""
     rows = numba.carray(words(entry[6]), (entry[7], WATCHED_WIDTH))
@@ -133,7 +140,7 @@ def changed(entry, model):
     return False
 
 
-@numba.njit
+@inner
 def count_weight(entry, model):
     """Count a copy that has gravity of its own where the model's is switched off."""
     if entry[9] != 0 and model != entry[0]:
@@ -142,7 +149,7 @@ def count_weight(entry, model):
             numba.carray(words(entry[8]), (2,))[1] += 1
 
 
-@numba.njit
+@inner
 def is_set_back(row, entry, data):
     """Whether a row's own data, of what touches, is at an earlier time than before: it was reset.
 
@@ -172,7 +179,7 @@ def _time_at(clock):
 
 def is_copy(entry, model: int) -> bool:
     """Whether the model at an address is that of an entry, or a copy of it."""
-    return bool(is_of(entry, model, mark_of(model), sizes_in(model), signature_of(model)))
+    return bool(is_of.py_func(entry, model, mark_of(model), sizes_of(model), signature_of(model)))
 
 
 def publish(row: int, entry: np.ndarray, data: int) -> None:
@@ -195,20 +202,20 @@ def withdraw(row: int) -> None:
 
 def is_busy(row: int) -> bool:
     """Whether a thread is at work with what the row is, or was just now, of."""
-    return bool(_counted()[0](ROWS_ADDRESS + 8 * (row * ROWS.shape[1] + BUSY)))
+    return bool(_counted()(ROWS.ctypes.data + 8 * (row * ROWS.shape[1] + BUSY)))
 
 
 @functools.cache
-@launch.loading()
 def _counted():
-    @numba.cfunc(types.intp(types.intp))
-    def counted(address):
-        return count(address, 0)
-
-    return ctypes.CFUNCTYPE(ctypes.c_ssize_t, ctypes.c_void_p)(counted.address), counted
+    function = native_function("counted", lambda: _count_of, types.intp(types.intp), folders=layout.FOLDERS)
+    return ctypes.CFUNCTYPE(ctypes.c_ssize_t, ctypes.c_void_p)(function.address)
 
 
-@numba.njit
+def _count_of(address):
+    return count(address, 0)
+
+
+@inner
 def count_strangers(rows, used, model, sizes, signature, now):
     """Count what moves without a field, though its user may believe otherwise: twins and heirs of a model in one.
 
@@ -219,8 +226,8 @@ def count_strangers(rows, used, model, sizes, signature, now):
     # Without a signature are models that were stored, and those that MuJoCo tries out, one step long, to compile them.
     if now <= (0.0 if signature else double(model + _TIMESTEP)):
         return
-    thread = call(THREAD_IDENT, 0, 0, 0, 0)
-    foreign = call(THREAD_STATE, 0, 0, 0, 0) == 0
+    thread = call(known(THREAD_IDENT), 0, 0, 0, 0)
+    foreign = call(known(THREAD_STATE), 0, 0, 0, 0) == 0
     for k in range(used):
         if rows[k, ENTRY] != 0 and (foreign or rows[k, _THREAD] == thread):
             if rows[k, _SIGNED] == signature or (signature == 0 and rows[k, _SIZES] == sizes):

@@ -26,7 +26,7 @@ def maker(native: bool, inline: bool = True):
 @functools.cache
 def turning(native: bool):
     """Function (source, time, turns): fill turns (G, 9) with the rotations of the groups that spin."""
-    about = rotation.numba if native else rotation
+    about = rotation.native if native else rotation
 
     @maker(native)
     def fill(source, time, turns):

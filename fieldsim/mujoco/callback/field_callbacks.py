@@ -7,10 +7,13 @@ and a portable function in Python. `caller(name, native)` calls it either way.
 import ctypes
 import functools
 
+import numba
 import numpy as np
+from numba import types
 
-from fieldsim import launch
+from fieldsim.mujoco.callback.addresses import call_sum, doubles, halves
 from fieldsim.mujoco.callback.feet import near_foot_of, weight_of
+from fieldsim.native import fingerprint, inner, native_function
 from fieldsim.potentials import registry
 from fieldsim.sources.margins import margin_of
 
@@ -65,19 +68,20 @@ def _tuple_of(total, length, make):
 
 
 @functools.cache
-@launch.loading()
 def _compiled(name, kinds_used):
     """C function (x, y, z, rows, length of a row, kinds, first, count, out)."""
-    import numba
-    from numba import types
+    total = _PORTABLE[name](kinds_used)
+    real, word = types.float64, types.intp
+    return native_function(
+        f"{name}-{fingerprint.digest(kinds_used)[:8]}",
+        lambda: _function_of(_tuple_of(total.native, LENGTHS[name], inner), LENGTHS[name]),
+        types.void(real, real, real, word, word, word, word, word, word),
+        folders=("mujoco/callback", "native", "portable"),
+        portables=(total,),
+    )
 
-    from fieldsim.mujoco.callback.addresses import doubles, halves
 
-    total = _tuple_of(_PORTABLE[name](kinds_used).numba, LENGTHS[name], numba.njit)
-    length = LENGTHS[name]
-    word, real = types.intp, types.float64
-
-    @numba.cfunc(types.void(real, real, real, word, word, word, word, word, word))
+def _function_of(total, length):
     def function(x, y, z, rows, width, kinds, first, count, out):
         table = numba.carray(doubles(rows), (first + count + 1, width))
         result = numba.carray(doubles(out), (length,))
@@ -97,14 +101,10 @@ def caller(name: str, native: bool):
             return getattr(source, name)(x, y, z, source.rows, source.kinds, first, count)
 
         return call
-    import numba
-
-    from fieldsim.mujoco.callback.addresses import call_sum
-
     invoke = call_sum(LENGTHS[name])
     place = list(LENGTHS).index(name)
 
-    @numba.njit
+    @inner
     def call_native(x, y, z, source, first, count):
         address = (source.field, source.jet, source.margin, source.weight, source.foot)[place]
         rows, kinds = source.rows, source.kinds

@@ -19,6 +19,9 @@ FIELDS = ("time", "xipos", "ximat", "subtree_com", "cdof", "cvel", "qfrc_passive
 # *mark*, four bytes at its end that belong to no field, but are copied and stored with the others.
 MODEL_FIELDS = ("nv", "nbody", "signature", "body_mass", "body_inertia", "body_gravcomp")
 
+# Folders of the package whose modules the callback is made of.
+FOLDERS = ("mujoco", "native", "portable", "potentials", "numerics", "dynamics/contact", "sources")
+
 _TYPES = {
     "mjtNum": ctypes.c_double,
     "mjtSize": ctypes.c_int64,
@@ -50,6 +53,11 @@ def offsets() -> dict[str, int]:
         return places
     except (KeyError, AttributeError) as reason:
         raise _unknown("mjModel", reason) from None
+
+
+def taken() -> tuple:
+    """What compiled code takes for granted of MuJoCo."""
+    return mujoco.__version__, tuple(sorted(offsets().items()))
 
 
 def places_of(struct: str, names) -> dict[str, int]:

@@ -11,49 +11,50 @@ import numba
 import numpy as np
 from numba import types
 
-from fieldsim import launch
 from fieldsim.mujoco.callback import layout
-from fieldsim.mujoco.callback.addresses import allocate, doubles, halves, release, words
+from fieldsim.mujoco.callback.addresses import address_of, allocate, doubles, halves, library, release, words
 from fieldsim.mujoco.callback.generalised_forces import actor
 from fieldsim.mujoco.callback.rows import FOUND_WIDTH
 from fieldsim.mujoco.callback.tables import Plan, Room, Source, Views
 from fieldsim.mujoco.contact.rows import CONTACT, HIT
+from fieldsim.native import NativeFunction, inner, native_function, place_of
 
 PLACES = layout.offsets()
 _TIME, _XIPOS, _XIMAT, _SUBTREE_COM, _CDOF, _CVEL, _QFRC_PASSIVE = (PLACES[name] for name in layout.FIELDS)
 _MASS, _INERTIA, _GRAVCOMP = (PLACES[name] for name in layout.MODEL_FIELDS[3:])
 _TIMESTEP = PLACES["timestep"]
+_HIT_WIDTH, _CONTACT_WIDTH = HIT.width, CONTACT.width
 
 # `acting`'s function for Python: it holds on to the lock that guards Python's tables.
 LOCKED = ctypes.PYFUNCTYPE(None, *[ctypes.c_void_p] * 4)
 
 
-@numba.njit
+@inner
 def _table(head, i):
     return numba.carray(doubles(head[i, 0]), (head[i, 1], head[i, 2]))
 
 
-@numba.njit
+@inner
 def _column(head, i):
     return numba.carray(doubles(head[i, 0]), (head[i, 1],))
 
 
-@numba.njit
+@inner
 def _indices(head, i):
     return numba.carray(words(head[i, 0]), (head[i, 1],))
 
 
-@numba.njit
+@inner
 def _numbers(head, i):
     return numba.carray(words(head[i, 0]), (head[i, 1], head[i, 2]))
 
 
-@numba.njit
+@inner
 def _kinds(head, i):
     return numba.carray(halves(head[i, 0]), (head[i, 1],))
 
 
-@numba.njit
+@inner
 def _source(head, i):
     sums = head[i + 4]
     more = head[i + 5]
@@ -73,7 +74,7 @@ def _source(head, i):
 HEAD = 27
 
 
-@numba.njit
+@inner
 def plan_at(address):
     """The plan whose head is at an address."""
     head = numba.carray(words(address), (HEAD, 3))
@@ -98,25 +99,25 @@ def plan_at(address):
     )
 
 
-@numba.njit
+@inner
 def word(address):
     """The whole number at an address."""
     return numba.carray(words(address), (1,))[0]
 
 
-@numba.njit
+@inner
 def double(address):
     """The number at an address."""
     return numba.carray(doubles(address), (1,))[0]
 
 
-@numba.njit
+@inner
 def _array(struct, place, shape):
     """The array whose pointer a struct keeps at a place."""
     return numba.carray(doubles(word(struct + place)), shape)
 
 
-@numba.njit
+@inner
 def views_of(model, data, bodies, dofs):
     """`views_at` for native code."""
     return Views(
@@ -175,43 +176,53 @@ def _row(array):
 
 
 @functools.cache
-@launch.loading()
-def acting(accuracy: str, contact: bool):
+def acting(accuracy: str, contact: bool) -> NativeFunction:
     """C function (addresses of a head, an mjModel, an mjData, and of a place for what is found, or 0); see `actor`."""
+    place_of("mj_solveM", address_of(library().mj_solveM))
+    name = f"{'touching' if contact else 'pulling'}-{accuracy}"
+    return native_function(
+        name, lambda: _acting(accuracy, contact), _SIGNATURE, folders=layout.FOLDERS, takes=layout.taken()
+    )
+
+
+_SIGNATURE = types.void(types.intp, types.intp, types.intp, types.intp)
+
+
+def _acting(accuracy, contact):
     act = actor(accuracy, contact, True)
-    hit_width, contact_width = HIT.width, CONTACT.width
 
-    @numba.njit
-    def rows_of(work, count, width):
-        """The next rows of the memory at an address, and where those after them begin."""
-        return numba.carray(doubles(work), (count, width)), work + 8 * count * width
-
-    @numba.njit
-    def room_in(work, plan, bodies, dofs):
-        """A `Room` in the memory at an address, and where it ends."""
-        gravity_turns, work = rows_of(work, plan.gravity.groups.shape[0], 9)
-        surface_turns, work = rows_of(work, plan.surface.groups.shape[0], 9)
-        subtree_wrench, work = rows_of(work, bodies, 6)
-        pushes, work = rows_of(work, plan.bodies.shape[0], FOUND_WIDTH)
-        hits, work = rows_of(work, plan.most[0], hit_width)
-        contacts, work = rows_of(work, plan.most[1], contact_width)
-        loads = numba.carray(doubles(work), (bodies,))
-        efforts = numba.carray(doubles(work + 8 * bodies), (dofs,))
-        answers = numba.carray(doubles(work + 8 * (bodies + dofs)), (dofs,))
-        room = Room(gravity_turns, surface_turns, subtree_wrench, pushes, hits, contacts, loads, efforts, answers)
-        return room, work + 8 * (bodies + 2 * dofs)
-
-    @numba.cfunc(types.void(types.intp, types.intp, types.intp, types.intp))
     def function(head, model, data, place):
         plan = plan_at(head)
         found = numba.carray(doubles(place), (plan.bodies.shape[0] if place else 0, FOUND_WIDTH))
         bodies, dofs = plan.places.shape[0], plan.first_dof[-1]
         # Arrays of numba's own would cost more than a body's force: they are counted and found again one by one.
-        work = allocate(room_in(0, plan, bodies, dofs)[1])
-        act(plan, views_of(model, data, bodies, dofs), room_in(work, plan, bodies, dofs)[0], found)
+        work = allocate(_room_in(0, plan, bodies, dofs)[1])
+        act(plan, views_of(model, data, bodies, dofs), _room_in(work, plan, bodies, dofs)[0], found)
         release(work)
 
     return function
+
+
+@inner
+def _rows_of(work, count, width):
+    """The next rows of the memory at an address, and where those after them begin."""
+    return numba.carray(doubles(work), (count, width)), work + 8 * count * width
+
+
+@inner
+def _room_in(work, plan, bodies, dofs):
+    """A `Room` in the memory at an address, and where it ends."""
+    gravity_turns, work = _rows_of(work, plan.gravity.groups.shape[0], 9)
+    surface_turns, work = _rows_of(work, plan.surface.groups.shape[0], 9)
+    subtree_wrench, work = _rows_of(work, bodies, 6)
+    pushes, work = _rows_of(work, plan.bodies.shape[0], FOUND_WIDTH)
+    hits, work = _rows_of(work, plan.most[0], _HIT_WIDTH)
+    contacts, work = _rows_of(work, plan.most[1], _CONTACT_WIDTH)
+    loads = numba.carray(doubles(work), (bodies,))
+    efforts = numba.carray(doubles(work + 8 * bodies), (dofs,))
+    answers = numba.carray(doubles(work + 8 * (bodies + dofs)), (dofs,))
+    room = Room(gravity_turns, surface_turns, subtree_wrench, pushes, hits, contacts, loads, efforts, answers)
+    return room, work + 8 * (bodies + 2 * dofs)
 
 
 def time_of(data: int) -> float:

@@ -6,14 +6,16 @@ contact's place the tree has the effective mass 1 / (j . M^-1 j), j the generali
 sliding there. Over all contacts of a tree the rates at which sliding decays add up to no more than 1 / timestep.
 """
 
+import ctypes
 import functools
 import math
 
 from fieldsim.dynamics.contact.laws import coulomb
-from fieldsim.mujoco.callback.addresses import address_of, call_five, library
+from fieldsim.mujoco.callback.addresses import SOLVE, address_of, call_five, library
 from fieldsim.mujoco.callback.evaluate import group_field, maker, turns, vectors
 from fieldsim.mujoco.callback.rows import DAMPING, FORCE_X, FRICTION, SHIFT_X, TORQUE_X, TURN_X
 from fieldsim.mujoco.contact.rows import BODY, PLACE_X, PUSH, WAY_X
+from fieldsim.native import known
 
 
 @functools.cache
@@ -43,18 +45,15 @@ def _ground(native: bool):
 @functools.cache
 def _solver(native: bool):
     """Function (model, data, x, y): x = M^-1 y by MuJoCo's own factors of the inertia matrix."""
-    function = library().mj_solveM
     if native:
-        address = address_of(function)
 
         @maker(native)
         def solve_native(model, data, x, y):
-            call_five(address, model, data, x.ctypes.data, y.ctypes.data, 1)
+            call_five(known(SOLVE), model, data, x.ctypes.data, y.ctypes.data, 1)
 
         return solve_native
-    import ctypes
-
-    solve_in_c = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 4, ctypes.c_int)(address_of(function))
+    kind = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 4, ctypes.c_int)
+    solve_in_c = kind(address_of(library().mj_solveM))
 
     def solve(model, data, x, y):
         solve_in_c(model, data, x.ctypes.data, y.ctypes.data, 1)
@@ -107,7 +106,7 @@ def _lost(native: bool):
     ground = _ground(native)
     rate = mobility(native)
     dot, cross, _ = vectors(native)
-    grip = coulomb.numba if native else coulomb
+    grip = coulomb.native if native else coulomb
 
     @maker(native, inline=False)
     def lost(h, load, plan, views, turned, room):

@@ -133,7 +133,7 @@ def _shared(native: bool):
 def _pushed(native: bool):
     """Function (k, i, c, views, plan, room): add contact c's force to what body k feels, and note the hit."""
     _, cross, _ = vectors(native)
-    law_of = pressed.numba if native else pressed
+    law_of = pressed.native if native else pressed
 
     @maker(native)
     def push(k, i, c, views, plan, room):

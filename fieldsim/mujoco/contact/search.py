@@ -154,7 +154,7 @@ def climb(native: bool):
 @functools.cache
 def noting(native: bool):
     """Function (contacts, k, c, felt, rounding): write a contact into row k."""
-    law_of = pressed.numba if native else pressed
+    law_of = pressed.native if native else pressed
 
     @maker(native)
     def note(contacts, k, c, now, rounding):

@@ -37,8 +37,8 @@ def foot_at(native: bool):
     """
     jet = jet_at(native)
     dot, _, _ = vectors(native)
-    step_of = nearest_step.numba if native else nearest_step
-    bends_of = curvatures.numba if native else curvatures
+    step_of = nearest_step.native if native else nearest_step
+    bends_of = curvatures.native if native else curvatures
 
     @maker(native)
     def parted(d, g):

@@ -282,3 +282,19 @@ def launch(kernel, count, inputs, outputs=(), *, device, grain=256, threads=None
         slices.stopped = True
         concurrent.futures.wait(at_work)
         raise
+
+
+def recorded(kernel, count, inputs, outputs=(), *, device):
+    """A function that launches `kernel(0, *inputs, *outputs)` for `count` items on this thread, each time it is called.
+
+    The arguments stay as they are, and so do the arrays' places.
+    """
+    device = wp.get_device(device)
+    _loading.load(kernel, device)
+    again = wp.launch(kernel, dim=count, inputs=[0, *inputs, *outputs], device=device, record_cmd=True).launch
+
+    def run():
+        interrupts.check()
+        again()
+
+    return run

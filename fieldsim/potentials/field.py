@@ -11,11 +11,13 @@ import warp as wp
 
 from fieldsim import launch, validate
 from fieldsim.errors import InputError, OperandError
+from fieldsim.portable.lanes.kernels import items_of
 from fieldsim.potentials import registry
 from fieldsim.potentials.elements import BARE, Elements, concatenate, pack
-from fieldsim.potentials.field_kernels import KERNELS
+from fieldsim.potentials.field_kernels import KERNELS, in_lanes
 from fieldsim.potentials.kernels import Kernel
 from fieldsim.potentials.meshes.mesh import TriangleMesh
+from fieldsim.potentials.one_point import OnePoint, are_finite, place_of
 from fieldsim.potentials.primitives.base import Primitive
 from fieldsim.potentials.row import KERNEL_WIDTH, STRENGTH
 from fieldsim.types import ArrayLike, RealLike, T, Timed, Vector, WholeLike
@@ -24,6 +26,8 @@ from fieldsim.types import ArrayLike, RealLike, T, Timed, Vector, WholeLike
 FARTHEST = 1e100
 # So many infinite values are looked at.
 TELLING = 32
+# Items of a launch, of 64 points or 128, that are worth a thread.
+GRAIN = 4
 
 
 class Field:
@@ -153,9 +157,16 @@ class Field:
         """Value and derivatives up to `order`, as a tuple, where and as `points` are."""
         if isinstance(points, wp.array):
             return self._evaluate_on_device(points, order)
-        array, single = _host_points(points)
-        results = self._evaluate_on_device(wp.array(array, dtype=wp.vec3d, device="cpu"), order)
-        results = [result.numpy() for result in results]
+        place = place_of(points, FARTHEST)
+        if place is not None:
+            results = self._one_point(order)(place)
+            if are_finite(results):
+                return (float(results[0][0]), *(r[0] for r in results[1:]))
+            array, single = np.array([place]), True
+        else:
+            array, single = _host_points(points)
+            results = self._evaluate_on_device(wp.array(array, dtype=wp.vec3d, device="cpu", copy=False), order)
+            results = [result.numpy() for result in results]
         for name, result in zip(("value", "gradient", "Hessian"), results, strict=False):
             if not np.isfinite(result).all():
                 self._refuse_nonsense(name, array, result)
@@ -197,9 +208,23 @@ class Field:
         scalar, device = points.dtype._wp_scalar_type_, points.device
         dtypes = scalar, points.dtype, wp.types.matrix((3, 3), scalar)
         results = tuple(wp.empty(len(points), dtype=dtype, device=device) for dtype in dtypes[: order + 1])
-        kernel = KERNELS[order](self.elements.kinds_used, scalar)
-        launch.launch(kernel, len(points), [points, *self._tables(scalar, device)], results, device=device)
+        tables, kinds_used = self._tables(scalar, device), self.elements.kinds_used
+        if device.is_cpu:
+            kernel = in_lanes(order, kinds_used, scalar)
+            tables = *tables, 0, len(self.elements)
+            launch.launch(kernel, items_of(len(points), scalar), [points, *tables], results, device=device, grain=GRAIN)
+        else:
+            launch.launch(KERNELS[order](kinds_used, scalar), len(points), [points, *tables], results, device=device)
         return results
+
+    def _one_point(self, order):
+        """What evaluates value and derivatives at a single point."""
+        key = order, "one point"
+        if key not in self._uploaded:
+            tables = *self._tables(wp.float64, wp.get_device("cpu")), 0, len(self.elements)
+            kernel = in_lanes(order, self.elements.kinds_used, wp.float64)
+            self._uploaded[key] = OnePoint(kernel, tables, order)
+        return self._uploaded[key]
 
     def _tables(self, scalar, device):
         """Rows and kinds on a device, uploaded once."""

@@ -1,10 +1,24 @@
-"""Warp kernels that evaluate fields at points."""
+"""Warp kernels that evaluate fields at points: in lanes on CPUs, a point a thread on CUDA."""
 
 import functools
 
 import warp as wp
 
+from fieldsim.portable.lanes.kernels import lanes_kernel
 from fieldsim.potentials import registry
+
+# Value, gradient and the Hessian's rows, by their places in a jet.
+RESULTS = (0,), (1, 2, 3), (4, 7, 8, 7, 5, 9, 8, 9, 6)
+INPUTS = ("points", "table", "indices", "int", "int")
+
+
+def in_lanes(order: int, kinds_used: tuple[int, ...], scalar):
+    """The kernel (start, points, rows, kinds, first, count, *results) for CPUs.
+
+    It sums elements first..first + count - 1; order: of the highest derivative.
+    """
+    total = registry.field_sum if order < 2 else registry.jet_sum
+    return lanes_kernel(total(kinds_used), scalar, INPUTS, RESULTS[: order + 1])
 
 
 @functools.cache

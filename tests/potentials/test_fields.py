@@ -114,9 +114,9 @@ def test_warp_arrays_stay_on_their_device(device, vector, scalar, rtol):
 def test_rows_are_uploaded_once(monkeypatch):
     seen = []
 
-    def spy(kernel, count, inputs, outputs, *, device):
-        seen.append([table.ptr for table in inputs[1:]])
-        return launched(kernel, count, inputs, outputs, device=device)
+    def spy(kernel, count, inputs, outputs, **options):
+        seen.append([table.ptr for table in inputs[1:3]])
+        return launched(kernel, count, inputs, outputs, **options)
 
     launched = launch.launch
     monkeypatch.setattr(launch, "launch", spy)

@@ -50,7 +50,8 @@ def lanes_kernel(portable, scalar, inputs: tuple[str, ...], outputs: tuple[tuple
     outputs: for each array the results that it holds: one number, three (vectors), nine (matrices), each (N,).
     """
     names = [f"in_{k}" for k in range(len(inputs))], [f"out_{k}" for k in range(len(outputs))]
-    lanes = lanes_of(portable, scalar is wp.float32, _uniform(portable, inputs))
+    wanted = frozenset(place for places in outputs for place in places)
+    lanes = lanes_of(portable, scalar is wp.float32, _uniform(portable, inputs), wanted=wanted)
     types = {f"type_{name}": INPUTS[kind][0](scalar) for name, kind in zip(names[0], inputs, strict=True)}
     types.update({f"type_{n}": wp.array(dtype=_held(scalar, len(o))) for n, o in zip(names[1], outputs, strict=True)})
     arguments = [*names[0], *names[1]]
@@ -134,7 +135,8 @@ def _store(lanes, name, places):
     values = []
     for place in places:
         value = "result" if len(lanes.results) == 1 else f"result.r{place}"
-        values.append(value if lanes.results[place].varying else f"lanes::Real({value})")
+        kind = lanes.results[place]
+        values.append(value if kind and kind.varying else f"lanes::Real({value})")
     if len(places) == 9:
         return f"{{ const lanes::Real parts[] = {{{', '.join(values)}}}; moves::store({name}, first, count, parts); }}"
     return f"moves::store({name}, first, count, {', '.join(values)});"

@@ -14,13 +14,14 @@ class Lanes:
     """A portable function in C++ for `width` numbers at a time.
 
     entry: the name of the function itself, a member of `struct lanes`, which `source` defines with all that it calls;
-    arguments and results: their types. masked: whether its last argument is the mask of the lanes that count.
+    arguments and results: their types, None for a result that is not wanted; masked: whether its last argument is the
+    mask of the lanes that count.
     """
 
     entry: str
     width: int
     arguments: tuple[Type, ...]
-    results: tuple[Type, ...]
+    results: tuple[Type | None, ...]
     masked: bool
     source: str = dataclasses.field(repr=False)
 
@@ -35,8 +36,18 @@ def width_of(single: bool) -> int:
     return 16 if single else 8
 
 
-def lanes_of(portable, single: bool, uniform: tuple[str, ...] | None = None, width: int | None = None) -> Lanes:
-    """A portable function in C++. uniform: the arguments that are the same in all lanes; default all but reals."""
+def lanes_of(
+    portable,
+    single: bool,
+    uniform: tuple[str, ...] | None = None,
+    width: int | None = None,
+    wanted: frozenset[int] | None = None,
+) -> Lanes:
+    """A portable function in C++.
+
+    uniform: the arguments that are the same in all lanes; default all but reals. wanted: the places of the results that
+    it returns; default all.
+    """
     marks = portable.function.__annotations__
     code = portable.function.__code__
     names = code.co_varnames[: code.co_argcount]
@@ -44,25 +55,30 @@ def lanes_of(portable, single: bool, uniform: tuple[str, ...] | None = None, wid
         uniform = tuple(name for name in names if KINDS.get(marks.get(name)) != "real")
     if unknown := sorted(set(uniform) - set(names)):
         raise PortableError(f"{portable.__qualname__} has no argument {unknown[0]!r}; its arguments are {list(names)}")
-    return _made(portable, single, frozenset(uniform), width or width_of(single))
+    count = result_count(portable.checked())
+    return _made(
+        portable,
+        single,
+        frozenset(uniform),
+        width or width_of(single),
+        tuple(wanted is None or place in wanted for place in range(count)),
+    )
 
 
 @functools.lru_cache(1024)
-def _made(portable, single, uniform, width):
-    # Checked here, for a readable complaint about an argument without a type.
-    portable.checked()
+def _made(portable, single, uniform, width, wanted):
     marks = portable.function.__annotations__
     code = portable.function.__code__
     arguments = tuple(
         Type(KINDS[marks[name]], name not in uniform and KINDS[marks[name]] not in ("table", "indices"))
         for name in code.co_varnames[: code.co_argcount]
     )
-    entry = Translator(single).version(portable, arguments, (True,) * result_count(portable))
+    entry = Translator(single).version(portable, arguments, wanted)
     return Lanes(
         entry.name,
         width,
         arguments,
-        tuple(kind for kind in entry.results if kind is not None),
+        tuple(entry.results),
         entry.masked,
         _source(entry, single, width),
     )

@@ -312,8 +312,8 @@ static Real erf_middle(Real x)
         + s * (1.26171219808761642112e-01 + s * (1.36370839120290507362e-02 + s * 1.19844998467991074170e-02))))));
 }
 
-// erfc(x) for x >= 1.25.
-static Real erfc_far(Real x)
+// erfc(x) for x >= 1.25. Called, not inlined: few lanes get here, and compilers take long over copies.
+__attribute__((noinline)) static Real erfc_far(Real x)
 {
     x = x > 28.0 ? Real(28.0) : x;
     const Real s = 1.0 / (x * x);

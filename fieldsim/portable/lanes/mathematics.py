@@ -12,7 +12,7 @@ from fieldsim.portable.rules import MATH
 
 _FOLDER = pathlib.Path(__file__).parent
 _NAME = re.compile(r"\b[a-z_][a-z_0-9]*\b")
-_DEFINED = re.compile(r"^static \w+ (\w+)\(", re.MULTILINE)
+_DEFINED = re.compile(r"^(?:__attribute__\(\(noinline\)\) )?static \w+ (\w+)\(", re.MULTILINE)
 _WIDE = {"Real": "Wide", "Int": "WideInt", "Mask": "WideMask"}
 # Of one number each; pow and atan2 are of two.
 _PAIRS = frozenset({"atan2", "pow", "copysign"})

@@ -44,11 +44,14 @@ static void store(const wp::array_t<scalar>& to, int first, int count, Real r)
 static void store(const wp::array_t<Point>& to, int first, int count, Real x, Real y, Real z)
 {
     ZIPPED
-    const Real held[] = {a, b, c};
     if (count == WIDTH && to.strides[0] == sizeof(Point)) {
-        __builtin_memcpy((void*)(to.data + first), held, sizeof(held));
+        scalar* p = (scalar*)(to.data + first);
+        __builtin_memcpy(p, &a, sizeof(a));
+        __builtin_memcpy(p + WIDTH, &b, sizeof(b));
+        __builtin_memcpy(p + 2 * WIDTH, &c, sizeof(c));
         return;
     }
+    const Real held[] = {a, b, c};
     for (int k = 0; k < count; ++k) __builtin_memcpy((void*)&wp::index(to, first + k), (const scalar*)held + 3 * k, sizeof(Point));
 }
 static void store(const wp::array_t<Matrix>& to, int first, int count, const Real (&parts)[9])

@@ -66,18 +66,21 @@ def beside_line(
     wz -= along * uz
     rho2 = wx * wx + wy * wy + wz * wz
     if rho2 < real(CLOSE) * (lo * lo):
-        # Close to the line what is left of the offset is mostly rounding; once more, with care.
-        near = start
-        far = end
+        # Close to the line what is left of the offset is mostly rounding; once more, with care. The nearer end:
+        ax = rows[i, start]
+        ay = rows[i, start + 1]
+        az = rows[i, start + 2]
+        bx = rows[i, end]
+        by = rows[i, end + 1]
+        bz = rows[i, end + 2]
         if out > real(0.0):
-            near = end
-            far = start
+            ax, ay, az, bx, by, bz = bx, by, bz, ax, ay, az
         t = -lo / length
         t_high, t_low = split_at(t, half_digits())
         grid = real(2.0) * half_digits() * length
-        wx = _remainder(x, rows[i, near], rows[i, far], t_high, t_low, grid)
-        wy = _remainder(y, rows[i, near + 1], rows[i, far + 1], t_high, t_low, grid)
-        wz = _remainder(z, rows[i, near + 2], rows[i, far + 2], t_high, t_low, grid)
+        wx = _remainder(x, ax, bx, t_high, t_low, grid)
+        wy = _remainder(y, ay, by, t_high, t_low, grid)
+        wz = _remainder(z, az, bz, t_high, t_low, grid)
         along = wx * ux + wy * uy + wz * uz
         wx -= along * ux
         wy -= along * uy

@@ -129,7 +129,7 @@ class _Notice:
     @contextlib.contextmanager
     def while_waiting(self):
         """Say so if the block takes long."""
-        if self.muted or not _is_watched(sys.stderr):
+        if self.muted or not is_watched(sys.stderr):
             yield
             return
         timer = threading.Timer(self.AFTER, self._say)
@@ -162,7 +162,7 @@ class _Notice:
             self.muted -= 1
 
 
-def _is_watched(stream):
+def is_watched(stream):
     """Whether a person sees what goes to `stream`: a terminal's or a notebook's."""
     try:
         return stream.isatty() or type(stream).__module__.startswith("ipykernel")

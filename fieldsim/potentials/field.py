@@ -4,7 +4,7 @@ import dataclasses
 import functools
 import numbers
 from collections.abc import Iterable, Sequence
-from typing import Any, overload
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 import warp as wp
@@ -15,6 +15,7 @@ from fieldsim.portable.lanes.kernels import items_of
 from fieldsim.potentials import registry
 from fieldsim.potentials.elements import BARE, Elements, concatenate, pack
 from fieldsim.potentials.field_kernels import KERNELS, in_lanes
+from fieldsim.potentials.host_points import FARTHEST, host_points
 from fieldsim.potentials.kernels import Kernel
 from fieldsim.potentials.meshes.mesh import TriangleMesh
 from fieldsim.potentials.one_point import OnePoint, are_finite, place_of
@@ -22,8 +23,9 @@ from fieldsim.potentials.primitives.base import Primitive
 from fieldsim.potentials.row import KERNEL_WIDTH, STRENGTH
 from fieldsim.types import ArrayLike, RealLike, T, Timed, Vector, WholeLike
 
-# Beyond, squares of distances are of no use.
-FARTHEST = 1e100
+if TYPE_CHECKING:
+    from fieldsim.potentials.fast_summation.fast_field import FastField
+
 # So many infinite values are looked at.
 TELLING = 32
 # Items of a launch, of 64 points or 128, that are worth a thread.
@@ -139,6 +141,23 @@ class Field:
         """F and its gradient in one evaluation."""
         return self._evaluate(points, 1)
 
+    def fast(
+        self, tolerance: RealLike = 1e-9, *, proved: bool = False, threads: WholeLike | None = None
+    ) -> "FastField":
+        """The field as one that is faster for many elements at many points, and not exact; see docs/fields.md.
+
+        tolerance: the largest error of the value over the largest value that the field, with strengths without signs,
+        has at the points of a call; from 1e-12 to 1e-2. It is estimated, with room, from errors at 64 of the points;
+        proved: let the tolerance be that of bounds that hold for any elements and points, which takes
+        longer. threads: default all cores. Where exact sums take no longer they are taken. Raises InputError for an
+        animated field, and as the field does.
+        """
+        from fieldsim.potentials.fast_summation.fast_field import FastField
+
+        if self.animated:
+            raise InputError("this field is a function of time; give field.at(time).fast()")
+        return FastField(self, tolerance, proved=proved, threads=threads)
+
     def mesh(
         self, level: RealLike, *, resolution: WholeLike | None = None, tolerance: RealLike | None = None
     ) -> TriangleMesh:
@@ -162,11 +181,17 @@ class Field:
             results = self._one_point(order)(place)
             if are_finite(results):
                 return (float(results[0][0]), *(r[0] for r in results[1:]))
-            array, single = np.array([place]), True
-        else:
-            array, single = _host_points(points)
-            results = self._evaluate_on_device(wp.array(array, dtype=wp.vec3d, device="cpu", copy=False), order)
-            results = [result.numpy() for result in results]
+            return self._answer(results, np.array([place]), True)
+        array, single = host_points(points)
+        return self._answer(self._sums_on_host(array, order), array, single)
+
+    def _sums_on_host(self, points, order):
+        """Value and derivatives up to `order` at checked points (N, 3), whatever they are."""
+        results = self._evaluate_on_device(wp.array(points, dtype=wp.vec3d, device="cpu", copy=False), order)
+        return [result.numpy() for result in results]
+
+    def _answer(self, results, array, single):
+        """Results at points (N, 3) as a user gets them; raises InputError for what is no number."""
         for name, result in zip(("value", "gradient", "Hessian"), results, strict=False):
             if not np.isfinite(result).all():
                 self._refuse_nonsense(name, array, result)
@@ -349,17 +374,3 @@ def _strengths(strength, count):
             f"Field: {len(strength)} strengths for {count} primitives; give one number or one per primitive"
         )
     return [s if callable(s) else validate.number("Field", f"strength[{i}]", s) for i, s in enumerate(strength)]
-
-
-def _host_points(points):
-    """`points` as a checked (N, 3) array, and whether they were a single (3,)."""
-    array = validate.reals("Field", "points", points, "give an array of shape (N, 3) or (3,)")
-    single = array.shape == (3,)
-    array = validate.points("Field", "points", array[None] if single else array)
-    if array.size and np.abs(array).max() > FARTHEST:
-        far = array[np.abs(array).max(axis=1).argmax()]
-        raise InputError(
-            f"Field: points has {tuple(far.tolist())}, and squares of such lengths overflow; give coordinates of at "
-            f"most {FARTHEST:g}, in another unit"
-        )
-    return array, single

@@ -166,6 +166,32 @@ class Turn:
         around = np.cos(turn) * start + np.sin(turn) * np.cross(rows[:, NORMAL], start)
         return rows[:, CENTER] + rows[:, RADIUS, None] * around
 
+    @staticmethod
+    def row_part(rows: np.ndarray, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
+        """See `Primitive.row_part`: arcs."""
+        parts, turn = rows.copy(), (begin * rows[:, ANGLE])[:, None]
+        start = rows[:, FIRST]
+        parts[:, FIRST] = np.cos(turn) * start + np.sin(turn) * np.cross(rows[:, NORMAL], start)
+        parts[:, ANGLE] *= end - begin
+        return parts
+
+    @staticmethod
+    def row_crossing(rows: np.ndarray, axis: int, plane: np.ndarray, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
+        """See `Primitive.row_crossing`: the first one."""
+        start = rows[:, FIRST]
+        along = rows[:, RADIUS] * start[:, axis]
+        across = rows[:, RADIUS] * np.cross(rows[:, NORMAL], start)[:, axis]
+        # along cos(turn) + across sin(turn) = height, at the turns middle - half and middle + half.
+        height, middle = plane - rows[:, CENTER][:, axis], np.arctan2(across, along)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            half = np.arccos(height / np.hypot(along, across))
+        found = np.full(len(rows), np.nan)
+        for side in (-1.0, 1.0):
+            for whole in (0.0, math.tau):
+                u = (np.mod(middle + side * half, math.tau) + whole) / rows[:, ANGLE]
+                found = np.where((u > begin) & (u < end), np.fmin(u, found), found)
+        return found
+
 
 @dataclasses.dataclass(frozen=True)
 class Arc(Turn, Primitive):
@@ -235,6 +261,9 @@ class Arc(Turn, Primitive):
     def mass_points_needed(self, clearance: float, digits: float) -> float:
         """The nearest singularity is over one of its points, at that distance."""
         return interval_needed(math.asinh(clearance / self.radius) / (0.5 * self.angle), digits)
+
+
+Arc.part = Arc
 
 
 def points_around(turn, start, angles) -> np.ndarray:

@@ -104,6 +104,8 @@ class Primitive:
     profiled: typing.ClassVar[bool] = False
     # The power of length that a row's column ANGLE is in: 0 for an angle, 1 for a length, 2 for an area.
     second_unit: typing.ClassVar[int] = 0
+    # The primitive that a part of a curve is, see `row_part`; None: parts of it are not known.
+    part: typing.ClassVar[type["Primitive"] | None] = None
     # The closed form of its Gaussian field along a ray, of KINDS in `packet.gaussian_elements`; "" where there is none.
     along_rays: typing.ClassVar[str] = ""
 
@@ -237,6 +239,21 @@ class Primitive:
         u runs along a curve; on a triangle u and v, u + v <= 1, run along two edges. Places are continuous in u and v:
         meshes halve the parameters until pieces are shorter than the surface is deep.
         """
+        raise NotImplementedError
+
+    @classmethod
+    def row_density(cls, rows: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """What of the measure of packed rows (N, ROW_WIDTH) of curves is at parameters (N, Q), per change of these."""
+        return np.broadcast_to(cls.row_measure(rows)[:, None], u.shape)
+
+    @staticmethod
+    def row_part(rows: np.ndarray, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
+        """Rows (N, ROW_WIDTH) of the parts of curves between parameters (N,) of `row_places`; of the class `part`."""
+        raise NotImplementedError
+
+    @staticmethod
+    def row_crossing(rows: np.ndarray, axis: int, plane: np.ndarray, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
+        """Parameters (N,) between begin and end (N,) where curves cross planes (N,) across an axis; nan: nowhere."""
         raise NotImplementedError
 
     @staticmethod

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fieldsim import validate
-from fieldsim.potentials.primitives.arc import Turn, box_of, points_around
+from fieldsim.potentials.primitives.arc import Arc, Turn, box_of, points_around
 from fieldsim.potentials.primitives.base import Primitive
 from fieldsim.potentials.row import ANGLE, CENTER, FIRST, NORMAL, RADIUS
 from fieldsim.types import RealLike, Timed, VectorLike
@@ -31,6 +31,7 @@ class Circle(Turn, Primitive):
         ) -> None: ...
 
     directions = ("normal",)
+    part = Arc
     along_rays = "rings"
 
     def _checked(self):

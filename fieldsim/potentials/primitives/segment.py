@@ -121,6 +121,26 @@ class Segment(Primitive):
         start = rows[:, START]
         return start + u * (rows[:, END] - start)
 
+    @staticmethod
+    def row_part(rows: np.ndarray, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
+        """See `Primitive.row_part`."""
+        parts, way = rows.copy(), rows[:, END] - rows[:, START]
+        parts[:, START] += begin[:, None] * way
+        parts[:, END] -= (1.0 - end)[:, None] * way
+        parts[:, LENGTH] *= end - begin
+        return parts
+
+    @staticmethod
+    def row_crossing(rows: np.ndarray, axis: int, plane: np.ndarray, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
+        """See `Primitive.row_crossing`."""
+        start, stop = rows[:, START][:, axis], rows[:, END][:, axis]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            u = (plane - start) / (stop - start)
+        return np.where((u > begin) & (u < end), u, np.nan)
+
 
 def _plain(point):
     return "(" + ", ".join(f"{x:g}" for x in point) + ")"
+
+
+Segment.part = Segment

@@ -66,3 +66,21 @@ class TaperedSegment(Segment):
     def row_measure(rows: np.ndarray) -> np.ndarray:
         """Lengths times mean densities."""
         return rows[..., LENGTH] * 0.5 * (rows[..., START_DENSITY] + rows[..., END_DENSITY])
+
+    @classmethod
+    def row_density(cls, rows: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """Lengths times densities."""
+        start, end = rows[:, START_DENSITY, None], rows[:, END_DENSITY, None]
+        return rows[:, LENGTH, None] * (start + u * (end - start))
+
+    @staticmethod
+    def row_part(rows: np.ndarray, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
+        """See `Primitive.row_part`."""
+        parts = Segment.row_part(rows, begin, end)
+        change = rows[:, END_DENSITY] - rows[:, START_DENSITY]
+        parts[:, START_DENSITY] += begin * change
+        parts[:, END_DENSITY] -= (1.0 - end) * change
+        return parts
+
+
+TaperedSegment.part = TaperedSegment

@@ -204,10 +204,7 @@ assert abs(value - field.value(points)).max() <= 1e-6 * value.max()
   without an error. Below 2000 elements of one kernel and width, all is exact.
 - *what*: points, segments, tapered segments, arcs and circles. Planes, triangles, faces of solids and profiled
   primitives are summed exactly; `fast.summed_exactly` counts them, and a warning says when they are most.
-- *cost*: `python -m benchmarks many --full`. Seconds of one core for value and gradient of 1e5 segments at 1e5 points,
-  with a tolerance of 1e-9, the tree of the elements included: 13 under 1/r, where the exact sum takes 720, and 29 of 700
-  under Cauchy(20), much of it for translations, which later calls do not prepare again. The processor was shared with
-  other work.
+- *cost*: `python -m benchmarks many --full` gives this machine's seconds.
 """
 
 ACCURACY = """

@@ -27,6 +27,7 @@ INPUTS = {
     "points": (lambda scalar: wp.array(dtype=wp.types.vector(3, scalar)), ("real",) * 3),
     "reals": (lambda scalar: wp.array(dtype=scalar), ("real",)),
     "integers": (lambda scalar: wp.array(dtype=wp.int32), ("int",)),
+    "by vector": (lambda scalar: wp.array(dtype=wp.int32), ("int",)),
     "table": (lambda scalar: wp.array(dtype=scalar, ndim=2), ("table",)),
     "indices": (lambda scalar: wp.array(dtype=wp.int32), ("indices",)),
     "real": (lambda scalar: scalar, ("real",)),
@@ -46,7 +47,8 @@ def lanes_kernel(portable, scalar, inputs: tuple[str, ...], outputs: tuple[tuple
     """The Warp kernel (start, *inputs, *outputs) that evaluates a portable function at all points of its arrays.
 
     inputs: for each argument of the kernel one of INPUTS. `points` (N,) of vectors stand for three reals of the
-    function, `reals` and `integers` (N,) for one number; all others are the same for all points.
+    function, `reals` and `integers` (N,) for one number; `by vector` for an integer that the `width_of` points of a
+    vector share; all others are the same for all points.
     outputs: for each array the results that it holds: one number, three (vectors), nine (matrices), each (N,).
     """
     names = [f"in_{k}" for k in range(len(inputs))], [f"out_{k}" for k in range(len(outputs))]
@@ -102,6 +104,8 @@ def _body(lanes, inputs, outputs):
         elif kind in ("reals", "integers"):
             loads.append(f"const auto {name}_v = moves::load({name}, first, count);")
             arguments.append(f"{name}_v")
+        elif kind == "by vector":
+            arguments.append(f"{name}.data[first / {lanes.width}]")
         elif kind == "table":
             arguments.append(f"lanes::Table{{{name}.data, (int)({name}.strides[0] / sizeof(lanes::scalar))}}")
         else:

@@ -1,4 +1,4 @@
-"""Warp kernels that sum, at each point, the elements of its list exactly."""
+"""Exact sums at many points, each of the elements of its own list: in lanes, points of one list side by side."""
 
 import functools
 
@@ -6,118 +6,105 @@ import numpy as np
 import warp as wp
 
 from fieldsim.launch import launch
+from fieldsim.portable import Indices, Table, hole, portable, real
+from fieldsim.portable.lanes.kernels import items_of, lanes_kernel
+from fieldsim.portable.lanes.source import width_of
 from fieldsim.potentials import registry
+from fieldsim.potentials.field_kernels import RESULTS
 
-
-@functools.cache
-def _value_kernel(kinds_used):
-    """Kernel (points, lists, begin, ranges, rows, kinds; value): the sums over ranges of rows."""
-    total = registry.field_sum(kinds_used).warp(wp.float64)
-
-    @wp.kernel(module="unique", enable_backward=False)
-    def sum_values(
-        start: int,
-        points: wp.array(dtype=wp.vec3d),
-        lists: wp.array(dtype=wp.int32),
-        begin: wp.array(dtype=wp.int32),
-        ranges: wp.array(dtype=wp.int32, ndim=2),
-        rows: wp.array(dtype=wp.float64, ndim=2),
-        kinds: wp.array(dtype=wp.int32),
-        value: wp.array(dtype=wp.float64),
-    ):
-        i = start + wp.tid()
-        p = points[i]
-        f = wp.float64(0.0)
-        for k in range(begin[lists[i]], begin[lists[i] + 1]):
-            f_k, _x, _y, _z = total(p[0], p[1], p[2], rows, kinds, ranges[k, 0], ranges[k, 1] - ranges[k, 0])
-            f = f + f_k
-        value[i] = f
-
-    return sum_values
-
-
-@functools.cache
-def _gradient_kernel(kinds_used):
-    """As `_value_kernel`, with the gradient."""
-    total = registry.field_sum(kinds_used).warp(wp.float64)
-
-    @wp.kernel(module="unique", enable_backward=False)
-    def sum_gradients(
-        start: int,
-        points: wp.array(dtype=wp.vec3d),
-        lists: wp.array(dtype=wp.int32),
-        begin: wp.array(dtype=wp.int32),
-        ranges: wp.array(dtype=wp.int32, ndim=2),
-        rows: wp.array(dtype=wp.float64, ndim=2),
-        kinds: wp.array(dtype=wp.int32),
-        value: wp.array(dtype=wp.float64),
-        gradient: wp.array(dtype=wp.vec3d),
-    ):
-        i = start + wp.tid()
-        p = points[i]
-        f = wp.float64(0.0)
-        slope = wp.vec3d()
-        for k in range(begin[lists[i]], begin[lists[i] + 1]):
-            f_k, x, y, z = total(p[0], p[1], p[2], rows, kinds, ranges[k, 0], ranges[k, 1] - ranges[k, 0])
-            f = f + f_k
-            slope = slope + wp.vec3d(x, y, z)
-        value[i] = f
-        gradient[i] = slope
-
-    return sum_gradients
-
-
-@functools.cache
-def _hessian_kernel(kinds_used):
-    """As `_value_kernel`, with gradient and Hessian."""
-    total = registry.jet_sum(kinds_used).warp(wp.float64)
-
-    @wp.kernel(module="unique", enable_backward=False)
-    def sum_hessians(
-        start: int,
-        points: wp.array(dtype=wp.vec3d),
-        lists: wp.array(dtype=wp.int32),
-        begin: wp.array(dtype=wp.int32),
-        ranges: wp.array(dtype=wp.int32, ndim=2),
-        rows: wp.array(dtype=wp.float64, ndim=2),
-        kinds: wp.array(dtype=wp.int32),
-        value: wp.array(dtype=wp.float64),
-        gradient: wp.array(dtype=wp.vec3d),
-        hessian: wp.array(dtype=wp.mat33d),
-    ):
-        i = start + wp.tid()
-        p = points[i]
-        f = wp.float64(0.0)
-        slope = wp.vec3d()
-        bend = wp.mat33d()
-        for k in range(begin[lists[i]], begin[lists[i] + 1]):
-            f_k, x, y, z, xx, yy, zz, xy, xz, yz = total(
-                p[0], p[1], p[2], rows, kinds, ranges[k, 0], ranges[k, 1] - ranges[k, 0]
-            )
-            f = f + f_k
-            slope = slope + wp.vec3d(x, y, z)
-            bend = bend + wp.mat33d(xx, xy, xz, xy, yy, yz, xz, yz, zz)
-        value[i] = f
-        gradient[i] = slope
-        hessian[i] = bend
-
-    return sum_hessians
-
-
-# By the order of the highest derivative.
-KERNELS = (_value_kernel, _gradient_kernel, _hessian_kernel)
+INPUTS = ("points", "by vector", "indices", "indices", "indices", "table", "indices")
 SHAPES = ((), (3,), (3, 3))
+
+total = hole("x, y, z, rows, kinds, first, count")
+
+
+@portable
+def listed_field(
+    x: real, y: real, z: real, which: int, begin: Indices, first: Indices, count: Indices, rows: Table, kinds: Indices
+):
+    """Value and gradient of the ranges of rows, first[k] and count[k], of one list: k from begin[which] on."""
+    f = real(0.0)
+    fx = real(0.0)
+    fy = real(0.0)
+    fz = real(0.0)
+    for k in range(begin[which], begin[which + 1]):
+        f_k, fx_k, fy_k, fz_k = total(x, y, z, rows, kinds, first[k], count[k])
+        f += f_k
+        fx += fx_k
+        fy += fy_k
+        fz += fz_k
+    return f, fx, fy, fz
+
+
+@portable
+def listed_jet(
+    x: real, y: real, z: real, which: int, begin: Indices, first: Indices, count: Indices, rows: Table, kinds: Indices
+):
+    """As `listed_field`, with the Hessian, as a jet."""
+    f = real(0.0)
+    fx = real(0.0)
+    fy = real(0.0)
+    fz = real(0.0)
+    xx = real(0.0)
+    yy = real(0.0)
+    zz = real(0.0)
+    xy = real(0.0)
+    xz = real(0.0)
+    yz = real(0.0)
+    for k in range(begin[which], begin[which + 1]):
+        f_k, fx_k, fy_k, fz_k, xx_k, yy_k, zz_k, xy_k, xz_k, yz_k = total(x, y, z, rows, kinds, first[k], count[k])
+        f += f_k
+        fx += fx_k
+        fy += fy_k
+        fz += fz_k
+        xx += xx_k
+        yy += yy_k
+        zz += zz_k
+        xy += xy_k
+        xz += xz_k
+        yz += yz_k
+    return f, fx, fy, fz, xx, yy, zz, xy, xz, yz
+
+
+@functools.cache
+def _kernel(kinds_used, order):
+    if order < 2:
+        bound = listed_field.bind(total=registry.field_sum(kinds_used))
+    else:
+        bound = listed_jet.bind(total=registry.jet_sum(kinds_used))
+    return lanes_kernel(bound, wp.float64, INPUTS, RESULTS[: order + 1])
 
 
 def near_sums(points, lists, begin, ranges, tables, kinds_used, order, threads=None) -> list[np.ndarray]:
     """Value and derivatives up to `order` at points (N, 3) of the rows in their lists; see `near_lists`.
 
-    tables: rows and kinds as Warp arrays on the CPU.
+    Points of one list stand together. tables: rows and kinds as Warp arrays on the CPU.
     """
-    kernel = KERNELS[order](kinds_used)
-    dtypes = wp.float64, wp.vec3d, wp.mat33d
-    found = [wp.empty(len(points), dtype=dtype, device="cpu") for dtype in dtypes[: order + 1]]
-    given = [wp.from_numpy(np.ascontiguousarray(points), dtype=wp.vec3d, device="cpu")]
-    given += [wp.from_numpy(np.ascontiguousarray(a), dtype=wp.int32, device="cpu") for a in (lists, begin, ranges)]
-    launch(kernel, len(points), [*given, *tables], found, device="cpu", threads=threads, grain=16)
-    return [array.numpy() for array in found]
+    width = width_of(False)
+    places, which = _in_vectors(lists, width)
+    found = [
+        wp.empty(len(places), dtype=dtype, device="cpu") for dtype in (wp.float64, wp.vec3d, wp.mat33d)[: order + 1]
+    ]
+    given = [wp.from_numpy(np.ascontiguousarray(points[places]), dtype=wp.vec3d, device="cpu")]
+    integers = which, begin, ranges[:, 0], ranges[:, 1] - ranges[:, 0]
+    given += [wp.from_numpy(np.ascontiguousarray(a, dtype=np.int32), dtype=wp.int32, device="cpu") for a in integers]
+    items = items_of(len(places), wp.float64)
+    launch(_kernel(kinds_used, order), items, [*given, *tables], found, device="cpu", threads=threads, grain=16)
+    results = []
+    for array, shape in zip(found, SHAPES, strict=False):
+        result = np.empty((len(points), *shape))
+        result[places] = array.numpy()
+        results.append(result)
+    return results
+
+
+def _in_vectors(lists, width):
+    """Places of points in vectors (V * width,), of one list each and filled up with its last; their lists (V,)."""
+    starts = np.flatnonzero(np.concatenate([np.ones(min(1, len(lists)), dtype=bool), lists[1:] != lists[:-1]]))
+    counts = np.diff(np.concatenate([starts, [len(lists)]]))
+    vectors = -(-counts // width)
+    own = np.repeat(np.arange(len(starts)), vectors)
+    number = np.arange(len(own)) - np.repeat(np.cumsum(vectors) - vectors, vectors)
+    within = number[:, None] * width + np.arange(width)
+    places = starts[own, None] + np.minimum(within, counts[own, None] - 1)
+    return places.ravel(), lists[starts[own]]

@@ -12,9 +12,12 @@ import tempfile
 from collections.abc import Callable
 
 from fieldsim import kernel_cache
+from fieldsim.copies import ThreadLock
 
 # Files of one name that are kept, the newest: of other sources, processors and versions.
 MOST = 12
+
+_threads = ThreadLock()
 
 
 def kept(name: str, key: str, make: Callable[[], bytes], usable: Callable[[bytes], bool]) -> bytes:
@@ -23,7 +26,8 @@ def kept(name: str, key: str, make: Callable[[], bytes], usable: Callable[[bytes
     found = _read(path)
     if found is not None and usable(found):
         return found
-    with kernel_cache.held(path.parents[1] / path.name):
+    # Locks on files are not between threads.
+    with _threads, kernel_cache.held(path.parents[1] / path.name):
         found = _read(path)
         if found is None or not usable(found):
             found = make()

@@ -8,14 +8,16 @@ Nothing in the object code is of the process that made it, but calls of C functi
 stand in a table (see `loader`).
 """
 
+import collections
 import contextlib
 import functools
 import gc
+import re
 from collections.abc import Callable, Generator
 
 import llvmlite.binding as llvm
 from llvmlite import ir
-from numba.core import compiler, types
+from numba.core import compiler, config, types
 from numba.core.codegen import CPUCodeLibrary, JITCPUCodegen
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.dispatcher import _DispatcherBase, _FunctionCompiler
@@ -157,12 +159,19 @@ def object_code(function: Callable, signature) -> tuple[bytes, list[str], list[s
         module = compiled.library.whole("internal", uncounted=True)
         module.get_function(ENTRY).linkage = "external"
         module.verify()
-        passes, builder = codegen._module_pass_manager()
-        passes.add_strip_dead_prototype_pass()
-        passes.run(module, builder)
-        missing = [f.name for f in module.functions if f.is_declaration and not f.name.startswith("llvm.")]
+        _optimise(module, codegen._tm)
+        named = collections.Counter(re.findall(r"@([\w.$]+)", str(module)))
+        declared = [f.name for f in module.functions if f.is_declaration and not f.name.startswith("llvm.")]
+        missing = [name for name in declared if named[name] > 1]  # others are left over
         variables = [v.name for v in module.global_variables if v.linkage == llvm.Linkage.common]
         return codegen._tm.emit_object(module), missing, variables
+
+
+def _optimise(module, machine):
+    options = llvm.create_pipeline_tuning_options(speed_level=int(config.OPT))
+    options.loop_vectorization, options.slp_vectorization = bool(config.LOOP_VECTORIZE), bool(config.SLP_VECTORIZE)
+    builder = llvm.create_pass_builder(machine, options)
+    builder.getModulePassManager().run(module, builder)
 
 
 def _entry(described):

@@ -1,6 +1,9 @@
 """What a formula costs: nanoseconds per value and gradient of one element at one point, one core, compiled beforehand.
 
-`ratio` compares with a Point under the same kernel and target. Points lie at log-uniform distances around a primitive.
+`ratio` compares with a Point under the same kernel and target; for lanes, in which fields on CPUs are evaluated, it is
+how many times as fast as Warp's scalar code they are, both measured in turns, in the processor's time of this process.
+Points lie at log-uniform distances around a primitive, in no order, so that each vector takes most branches; on a grid,
+neighbours mostly take the same.
 """
 
 import functools
@@ -14,7 +17,8 @@ import warp as wp
 
 import fieldsim as fs
 from fieldsim.launch import launch
-from fieldsim.potentials import registry
+from fieldsim.portable.lanes.kernels import items_of
+from fieldsim.potentials import field_kernels, registry
 
 KERNELS = (
     fs.Cauchy(2.0),
@@ -33,6 +37,8 @@ PRIMITIVES = (
     fs.Triangle((-0.5, -0.3, 0), (0.5, -0.3, 0), (0, 0.6, 0)),
     fs.Plane((0, 0, 0), (0, 0, 1)),
 )
+CLOUD, GRID = "in no order", "on a grid"
+PRECISIONS = {"float64": wp.float64, "float32": wp.float32}
 TARGETS = {"Warp float64": wp.float64, "Warp float32": wp.float32, "numba": float}
 COUNT = 20_000
 
@@ -52,8 +58,71 @@ def rows(repeats: int = 5):
                     "peer": "Point",
                     "peer_value": base,
                 }
+            yield from lanes_rows(kernel, primitive)
+    yield from single_point_rows()
     for name, code in FIRST.items():
         yield {"name": f"first compile of a world with {name}", "value": cold(code), "unit": "s"}
+
+
+def lanes_rows(kernel, primitive):
+    """The cost of a formula in lanes beside that of scalar code."""
+    elements = fs.Field(primitive, kernel).elements
+    for precision, scalar in PRECISIONS.items():
+        for order, points in ((CLOUD, cloud(COUNT)), (GRID, grid())):
+            wide, single = in_turns(elements, points, scalar)
+            yield {
+                "name": f"{type(kernel).__name__} on {type(primitive).__name__}, lanes {precision}, points {order}",
+                "value": wide,
+                "unit": "ns",
+                "peer": f"Warp {precision}",
+                "peer_value": single,
+                "ratio": single / wide,
+            }
+
+
+def single_point_rows():
+    """What one point costs a user, checks of it included."""
+    field = fs.Field(PRIMITIVES[1], fs.Newtonian())
+    calls = {"value": field.value, "value and gradient": field.value_and_gradient, "Hessian": field.hessian}
+    for name, call in calls.items():
+        call((0.3, 0.4, 0.5))
+        times = []
+        for _ in range(50):
+            start = time.perf_counter()
+            for _ in range(100):
+                call((0.3, 0.4, 0.5))
+            times.append((time.perf_counter() - start) / 100)
+        yield {"name": f"{name} of a segment at one point", "value": min(times) * 1e6, "unit": "us"}
+
+
+def grid() -> np.ndarray:
+    """Points (N, 3) of a cubic grid about the origin, some 20,000, one coordinate after another."""
+    along = np.linspace(-2.0, 2.0, 27)
+    return np.stack(np.meshgrid(along, along, along, indexing="ij"), axis=-1).reshape(-1, 3) + 0.0123
+
+
+def in_turns(elements, points, scalar, turns: int = 20):
+    """Nanoseconds per point, value and gradient, in lanes and by scalar code: the least of each in its turns."""
+    count, vector = len(points), wp.types.vector(3, scalar)
+    given = [wp.array(points, dtype=vector, device="cpu"), wp.array(elements.rows, dtype=scalar, device="cpu")]
+    given.append(wp.array(elements.kinds, dtype=wp.int32, device="cpu"))
+    results = [wp.empty(count, dtype=scalar, device="cpu"), wp.empty(count, dtype=vector, device="cpu")]
+    wide, single = (
+        field_kernels.in_lanes(1, elements.kinds_used, scalar),
+        field_kernels.KERNELS[1](elements.kinds_used, scalar),
+    )
+    runs = (
+        lambda: launch(wide, items_of(count, scalar), [*given, 0, 1], results, device="cpu", threads=1),
+        lambda: launch(single, count, given, results, device="cpu", threads=1),
+    )
+    least = [np.inf, np.inf]
+    for turn in range(turns + 1):
+        for place, run in enumerate(runs):
+            start = time.process_time()
+            run()
+            # The first turn compiles.
+            least[place] = min(least[place], time.process_time() - start) if turn else np.inf
+    return [seconds / count * 1e9 for seconds in least]
 
 
 def cloud(count: int, seed: int = 0) -> np.ndarray:

@@ -46,9 +46,10 @@ def machine() -> tuple:
 
 @functools.cache
 def sources(folders: Sequence[str], root: pathlib.Path = pathlib.Path(__file__).parents[1]) -> str:
-    """Of the text of all modules in folders of the package, such as "mujoco/contact"."""
-    texts = [(str(path.relative_to(root)), path.read_bytes()) for one in folders for path in (root / one).rglob("*.py")]
-    return digest(sorted(texts))
+    """Of the text of modules of the package: in folders, such as "mujoco/contact", or named as "potentials/row.py"."""
+    given = [root / one for one in folders]
+    paths = {path for one in given for path in ([one] if one.suffix == ".py" else one.rglob("*.py"))}
+    return digest(sorted((str(path.relative_to(root)), path.read_bytes()) for path in paths))
 
 
 def portables(functions: Sequence[Portable]) -> str:

@@ -40,7 +40,8 @@ def native_function(
 
     name: of the function and of all that `make` makes it of, for a file's name; make: gives the Python function where
     it must be compiled; signature: of numba's types. The code is kept until what it depends on changes: the text of
-    modules in `folders` of the package, `portables` with all they call, and numbers that it `takes`.
+    modules in `folders` of the package (see `fingerprint.sources`), `portables` with all they call, and numbers that it
+    `takes`.
     """
     parts = fingerprint.machine(), fingerprint.sources(folders), fingerprint.portables(portables)
     key = fingerprint.digest(name, str(signature), parts, takes)

@@ -21,6 +21,8 @@ from fieldsim.sources.margins import margin_of
 # of weighted fields and its gradient; that foot of a point on the element `first` which has the number `count`, and its
 # margin.
 LENGTHS = {"field": 4, "jet": 10, "margin": 1, "weight": 4, "foot": 4}
+# The modules that C functions of sums are made of, but for portable functions.
+_FOLDERS = "mujoco/callback/field_callbacks.py", "mujoco/callback/addresses.py", "native", "portable/function.py"
 _PORTABLE = {
     "field": registry.field_sum,
     "jet": registry.jet_sum,
@@ -76,7 +78,7 @@ def _compiled(name, kinds_used):
         f"{name}-{fingerprint.digest(kinds_used)[:8]}",
         lambda: _function_of(_tuple_of(total.native, LENGTHS[name], inner), LENGTHS[name]),
         types.void(real, real, real, word, word, word, word, word, word),
-        folders=("mujoco/callback", "native", "portable"),
+        folders=_FOLDERS,
         portables=(total,),
     )
 

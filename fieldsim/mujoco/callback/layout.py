@@ -19,8 +19,8 @@ FIELDS = ("time", "xipos", "ximat", "subtree_com", "cdof", "cvel", "qfrc_passive
 # *mark*, four bytes at its end that belong to no field, but are copied and stored with the others.
 MODEL_FIELDS = ("nv", "nbody", "signature", "body_mass", "body_inertia", "body_gravcomp")
 
-# Folders of the package whose modules the callback is made of.
-FOLDERS = ("mujoco", "native", "portable", "potentials", "numerics", "dynamics/contact", "sources")
+# The modules that the callback is made of, but for portable functions.
+FOLDERS = ("mujoco/callback", "mujoco/contact", "native", "portable/function.py", "potentials/row.py")
 
 _TYPES = {
     "mjtNum": ctypes.c_double,

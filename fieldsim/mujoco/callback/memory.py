@@ -11,6 +11,8 @@ import numba
 import numpy as np
 from numba import types
 
+from fieldsim.dynamics.contact.laws import coulomb, pressed
+from fieldsim.dynamics.contact.nearest import curvatures, nearest_step
 from fieldsim.mujoco.callback import layout
 from fieldsim.mujoco.callback.addresses import address_of, allocate, doubles, halves, library, release, words
 from fieldsim.mujoco.callback.generalised_forces import actor
@@ -18,6 +20,7 @@ from fieldsim.mujoco.callback.rows import FOUND_WIDTH
 from fieldsim.mujoco.callback.tables import Plan, Room, Source, Views
 from fieldsim.mujoco.contact.rows import CONTACT, HIT
 from fieldsim.native import NativeFunction, inner, native_function, place_of
+from fieldsim.numerics.rotations import rotation
 
 PLACES = layout.offsets()
 _TIME, _XIPOS, _XIMAT, _SUBTREE_COM, _CDOF, _CVEL, _QFRC_PASSIVE = (PLACES[name] for name in layout.FIELDS)
@@ -181,10 +184,17 @@ def acting(accuracy: str, contact: bool) -> NativeFunction:
     place_of("mj_solveM", address_of(library().mj_solveM))
     name = f"{'touching' if contact else 'pulling'}-{accuracy}"
     return native_function(
-        name, lambda: _acting(accuracy, contact), _SIGNATURE, folders=layout.FOLDERS, takes=layout.taken()
+        name,
+        lambda: _acting(accuracy, contact),
+        _SIGNATURE,
+        folders=layout.FOLDERS,
+        portables=PORTABLES,
+        takes=layout.taken(),
     )
 
 
+# The portable functions in it.
+PORTABLES = coulomb, curvatures, nearest_step, pressed, rotation
 _SIGNATURE = types.void(types.intp, types.intp, types.intp, types.intp)
 
 

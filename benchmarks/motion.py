@@ -1,9 +1,11 @@
 """How fast particles move: particle-steps a second of wall time, float64, kernels compiled beforehand."""
 
+import math
 import time
 
 import numpy as np
 
+from benchmarks import rebound_peer
 from fieldsim.dynamics.integrators.splittings import BlanesMoan6, Leapfrog, Omelyan4, Omelyan6
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.launch import THREADS
@@ -51,12 +53,49 @@ def rows(repeats: int = 3):
             "value": method.evaluations * _speed(simulation, 200, repeats),
             "unit": "evaluations/s",
         }
+    yield from _beside_rebound(repeats)
     simulation = _settled(1000)
     yield {
         "name": "pebbles at rest on the donut, 1000 particles x 1000 steps, 1 core",
         "value": _speed(simulation, 1000, repeats),
         "unit": "particle-steps/s",
     }
+
+
+def _beside_rebound(repeats):
+    """Time of REBOUND, with a force in C, over ours, in turns on one core."""
+    if not rebound_peer.library():
+        return
+    for name, skeleton in (("donut", DONUT), ("needle", CIGAR)):
+        for count, steps in ((1000, 1000), (100_000, 10)):
+            ours = _simulation(count, 1, {"skeleton": skeleton})
+            theirs = rebound_peer.swarm(name, ours.positions[0], ours.velocities[0], DT)
+            yield {
+                "name": f"{name}, leapfrog, {count} particles: REBOUND's time with a force in C over ours",
+                "value": _ratio(theirs.steps, ours, steps, repeats),
+                "unit": "x",
+            }
+    positions, velocities = np.random.default_rng(0).normal(size=(2, 1000, 3))
+    world = World()
+    world.add_particles(positions, 0.1 * velocities, gravity=Newtonian(0.05), mass=1e-3)
+    theirs = rebound_peer.cluster(positions, 0.1 * velocities, 1e-3, 0.05, DT)
+    yield {
+        "name": "1000 particles that pull each other, leapfrog: REBOUND's time over ours",
+        "value": _ratio(theirs.steps, Simulation(world, Leapfrog(DT), threads=1), 20, repeats),
+        "unit": "x",
+    }
+
+
+def _ratio(theirs, simulation, steps, repeats):
+    """The least time in which `theirs` takes `steps` steps over that of a simulation, in turns."""
+    simulation.advance(simulation.time + DT)  # compiles
+    best = [math.inf, math.inf]
+    for _ in range(repeats):
+        for k, run in enumerate((theirs, lambda n: simulation.advance(simulation.time + n * DT))):
+            start = time.process_time()
+            run(steps)
+            best[k] = min(best[k], time.process_time() - start)
+    return best[0] / best[1]
 
 
 def _simulation(count, threads, options, method=Leapfrog):

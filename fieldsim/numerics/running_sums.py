@@ -8,8 +8,17 @@ from typing import Any
 import warp as wp
 
 from fieldsim.numerics.compensated import two_product
+from fieldsim.portable import portable, real
 
 _two_product = two_product.warp(wp.float64)
+
+
+@portable
+def compensated(total: real, rest: real, step: real):
+    """`added` for one number, portable."""
+    step = step + rest
+    result = total + step
+    return result, step - (result - total)
 
 
 @wp.func

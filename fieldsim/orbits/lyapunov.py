@@ -15,7 +15,18 @@ from fieldsim import validate
 from fieldsim.dynamics.integrators.splittings import Splitting
 from fieldsim.dynamics.refusals import refuse
 from fieldsim.dynamics.simulation import Simulation
-from fieldsim.dynamics.splitting.groups import lanes_of, launch_groups, load_of, store_of
+from fieldsim.dynamics.splitting.groups import (
+    V_REST,
+    X_REST,
+    A,
+    V,
+    X,
+    lanes_of,
+    launch_groups,
+    load_of,
+    rows_of,
+    store_of,
+)
 from fieldsim.dynamics.splitting.method import Method, method_of, substep_of
 from fieldsim.dynamics.state import State
 from fieldsim.errors import InputError
@@ -131,7 +142,7 @@ def orthonormalise(
 def tangent_kernel(kinds_used, lanes: int):
     """Kernel over groups: the steps of a launch for particles and their tangent vectors dx, dv (N, count)."""
     six = wp.types.matrix((6, lanes), wp.float64)
-    jets, load, store = bends_at(kinds_used, lanes), load_of(lanes), store_of(lanes)
+    jets, load, store, rows = bends_at(kinds_used, lanes), load_of(lanes), store_of(lanes), rows_of(lanes)
 
     @wp.func
     def stretch(
@@ -175,17 +186,17 @@ def tangent_kernel(kinds_used, lanes: int):
         first = (start + wp.tid()) * lanes
         count = wp.min(lanes, state.x.shape[0] - first)
         p = load(state, first, count)
-        x = p.x
-        v = p.v
-        x_rest = p.x_rest
-        v_rest = p.v_rest
+        x = rows(p, X)
+        v = rows(p, V)
+        x_rest = rows(p, X_REST)
+        v_rest = rows(p, V_REST)
         a, bends = jets(x, gravity, 0)
         for step in range(steps):
-            if method.opening != wp.float64(0.0):
-                v, v_rest = added(v, v_rest, method.opening * a)
-                turn(first, count, method.opening, bends, dx, dv)
             for j in range(method.stages):
                 part = substep_of(method, j)
+                if part.opening != wp.float64(0.0):
+                    v, v_rest = added(v, v_rest, part.opening * a)
+                    turn(first, count, part.opening, bends, dx, dv)
                 x, x_rest = added(x, x_rest, part.drift * v)
                 stretch(first, count, part.drift, dx, dv)
                 if part.evaluating:
@@ -195,11 +206,12 @@ def tangent_kernel(kinds_used, lanes: int):
             if (step + 1) % EVERY == 0 or step + 1 == steps:
                 for i in range(first, first + count):
                     orthonormalise(i, dx, dv, growth)
-        p.x = x
-        p.v = v
-        p.x_rest = x_rest
-        p.v_rest = v_rest
-        p.a = a
+        for c in range(3):
+            p[X + c] = x[c]
+            p[V + c] = v[c]
+            p[X_REST + c] = x_rest[c]
+            p[V_REST + c] = v_rest[c]
+            p[A + c] = a[c]
         store(p, state, first, count)
 
     return follow

@@ -13,8 +13,8 @@ from fieldsim.dynamics.radau.radau import Radau
 from fieldsim.dynamics.radau.section import radau_crossings
 from fieldsim.dynamics.refusals import refuse
 from fieldsim.dynamics.simulation import Simulation
-from fieldsim.dynamics.splitting.groups import lanes_of, launch_groups, load_of, particle_of, store_of
-from fieldsim.dynamics.splitting.method import Method, method_of, substep_of
+from fieldsim.dynamics.splitting.groups import V, X, column, lanes_of, launch_groups, load_of, store_of
+from fieldsim.dynamics.splitting.method import Method, method_of
 from fieldsim.dynamics.splitting.step import advance_of
 from fieldsim.dynamics.state import State
 from fieldsim.errors import InputError
@@ -259,8 +259,7 @@ def section_kernel(kinds_used, gradients: bool, lanes: int):
 
     times, positions, velocities: (N, steps); the time stays NaN where a step did not pierce it.
     """
-    advance = advance_of(kinds_used, gradients, lanes)
-    load, store, particle = load_of(lanes), store_of(lanes), particle_of(lanes)
+    advance, load, store = advance_of(kinds_used, gradients, lanes), load_of(lanes), store_of(lanes)
     field = field_at(kinds_used)
 
     @wp.kernel(module="unique", enable_backward=False)
@@ -280,19 +279,18 @@ def section_kernel(kinds_used, gradients: bool, lanes: int):
         count = wp.min(lanes, state.x.shape[0] - first)
         p = load(state, first, count)
         for step in range(times.shape[1]):
-            group = p
-            for j in range(method.stages):
-                p = advance(p, substep_of(method, j), gravity, step * method.stages + j + 1)
+            before = p
+            p = advance(p, method, 0, method.stages, 1, step * method.stages, gravity)
             for k in range(count):
-                before = particle(group, k)
-                after = particle(p, k)
-                above = height(after.x, plane, step + 1, wp.float64(0.0)) >= wp.float64(0.0)
-                if above != (height(before.x, plane, step, wp.float64(0.0)) >= wp.float64(0.0)) and (
+                x0 = column(before, X, k)
+                x1 = column(p, X, k)
+                above = height(x1, plane, step + 1, wp.float64(0.0)) >= wp.float64(0.0)
+                if above != (height(x0, plane, step, wp.float64(0.0)) >= wp.float64(0.0)) and (
                     direction == 0 or (direction > 0) == above
                 ):
-                    _f, a0 = field(before.x, gravity, step * method.stages)
-                    _f1, a1 = field(after.x, gravity, (step + 1) * method.stages)
-                    q = Quintic(before.x, before.v, a0, after.x, after.v, a1, dt)  # pyrefly: ignore[bad-argument-count]
+                    _f, a0 = field(x0, gravity, step * method.stages)
+                    _f1, a1 = field(x1, gravity, (step + 1) * method.stages)
+                    q = Quintic(x0, column(before, V, k), a0, x1, column(p, V, k), a1, dt)  # pyrefly: ignore[bad-argument-count]
                     u = section_crossing(q, plane, step)
                     x, v = quintic_at(q, u)
                     times[first + k, step] = u * dt

@@ -7,6 +7,7 @@ import numpy as np
 import warp as wp
 
 from fieldsim.launch import launch
+from fieldsim.portable.lanes.functions import group_function
 from fieldsim.potentials import registry
 from fieldsim.sources.elements import Sources
 from fieldsim.sources.stages import Stages
@@ -41,22 +42,48 @@ def field_at(kinds_used):
     return both if fixed_kinds else changing
 
 
+# What a sum over elements takes: points, rows, kinds, the first row and how many.
+_SUM = ("rows 3", "table", "indices", "int", "int")
+
+
 @functools.cache
-def pulls_at(kinds_used, lanes: int):
-    """Warp function (points, stages, stage) -> the gradients at a group of points, both (3, lanes) as in `groups`."""
+def _sums_at(kinds_used, lanes: int, sums, outputs):
+    """Warp function (points, stages, stage) -> results of sums over all elements at a group of points.
+
+    sums: of a tuple of kinds, such as `registry.field_sum`. A GPU's group is one point, which its scalar code serves.
+    """
+    fixed_kinds, moving_kinds = kinds_used
     matrix = wp.types.matrix((3, lanes), wp.float64)
-    field = field_at(kinds_used)
+    fixed, moving = (group_function(sums(kinds), wp.float64, _SUM, outputs, lanes) for kinds in kinds_used)
 
     @wp.func
-    def pulls(points: matrix, stages: Stages, stage: int):
-        found = matrix()
-        for k in range(wp.int32(lanes)):  # no constant, for which Warp would write the loop out
-            _f, g = field(wp.vec3d(points[0, k], points[1, k], points[2, k]), stages, stage)
-            for c in range(3):
-                found[c, k] = g[c]
-        return found
+    def still(points: matrix, stages: Stages, stage: int):
+        return fixed(points, stages.rows, stages.kinds, 0, stages.kinds.shape[0])
 
-    return pulls
+    @wp.func
+    def changing(points: matrix, stages: Stages, stage: int):
+        return moving(points, stages.moving_rows, stages.moving_kinds, stage * stages.moving, stages.moving)
+
+    @wp.func
+    def both(points: matrix, stages: Stages, stage: int):
+        return still(points, stages, stage) + changing(points, stages, stage)
+
+    if not moving_kinds:
+        return still
+    return both if fixed_kinds else changing
+
+
+def pulls_at(kinds_used, lanes: int):
+    """Warp function (points, stages, stage) -> the gradients at a group of points, both (3, lanes)."""
+    return _sums_at(kinds_used, lanes, registry.field_sum, (1, 2, 3))
+
+
+def jets_at(kinds_used, lanes: int):
+    """Warp function (points, stages, stage) -> gradients and Hessians at a group of points, (9, lanes).
+
+    Rows: x, y, z, xx, yy, zz, xy, xz, yz.
+    """
+    return _sums_at(kinds_used, lanes, registry.jet_sum, tuple(range(1, 10)))
 
 
 @functools.cache
@@ -67,21 +94,18 @@ def bends_at(kinds_used, lanes: int):
     """
     matrix = wp.types.matrix((3, lanes), wp.float64)
     six = wp.types.matrix((6, lanes), wp.float64)
-    hessian = hessian_at(kinds_used)
+    jets = jets_at(kinds_used, lanes)
 
     @wp.func
     def bends(points: matrix, stages: Stages, stage: int):
-        found = matrix()
-        bent = six()
-        for k in range(wp.int32(lanes)):
-            g, h = hessian(wp.vec3d(points[0, k], points[1, k], points[2, k]), stages, stage)
-            for c in range(3):
-                found[c, k] = g[c]
-                bent[c, k] = h[c, c]
-            bent[3, k] = h[0, 1]
-            bent[4, k] = h[0, 2]
-            bent[5, k] = h[1, 2]
-        return found, bent
+        found = jets(points, stages, stage)
+        gradients = matrix()
+        hessians = six()
+        for c in range(3):
+            gradients[c] = found[c]
+        for c in range(6):
+            hessians[c] = found[c + 3]
+        return gradients, hessians
 
     return bends
 

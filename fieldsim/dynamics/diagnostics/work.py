@@ -13,7 +13,7 @@ import warp as wp
 
 from fieldsim.arrays import kept
 from fieldsim.dynamics.integrators.splittings import moments
-from fieldsim.dynamics.splitting.groups import column, lanes_of, launch_groups, load_of, vectors
+from fieldsim.dynamics.splitting.groups import X, column, group_of, lanes_of, launch_groups, load_of
 from fieldsim.dynamics.splitting.method import Method, method_of, substep_of
 from fieldsim.dynamics.splitting.step import advance_of
 from fieldsim.dynamics.state import State
@@ -58,7 +58,7 @@ def work_kernel(kinds_used, gradients: bool, lanes: int):
 
     around: the moving rows at four times OFFSETS about each stage; between them lies the time `share`.
     """
-    matrix = vectors(lanes)
+    Group = group_of(lanes)
     Numbers = wp.types.vector(lanes, wp.float64)
     advance, load = advance_of(kinds_used, gradients, lanes), load_of(lanes)
     total = field_at(kinds_used)
@@ -76,12 +76,12 @@ def work_kernel(kinds_used, gradients: bool, lanes: int):
 
     @wp.func
     def done_by(
-        x: matrix, kick: wp.float64, factor: wp.float64, now: Stages, around: Stages, node: int, share: wp.float64
+        group: Group, kick: wp.float64, factor: wp.float64, now: Stages, around: Stages, node: int, share: wp.float64
     ):
         """Work of one kick, per unit of its weight; that of the force gradient is by the potential |g|^2 / 2."""
         work = Numbers()
         for k in range(wp.int32(lanes)):
-            p = column(x, k)
+            p = column(group, X, k)
             f, g = rates(p, around, node, share)
             work[k] = -kick * f
             if factor != wp.float64(0.0):
@@ -105,14 +105,14 @@ def work_kernel(kinds_used, gradients: bool, lanes: int):
         p = load(state, first, count)
         done = Numbers()
         for step in range(steps):
-            if method.opening != wp.float64(0.0):
-                done += done_by(p.x, method.opening, wp.float64(0.0), now, around, step * method.stages, share)
             for j in range(method.stages):
-                node = step * method.stages + j + 1
+                node = step * method.stages + j
                 part = substep_of(method, j)
-                p = advance(p, part, now, node)
+                if part.opening != wp.float64(0.0):
+                    done += done_by(p, part.opening, wp.float64(0.0), now, around, node, share)
+                p = advance(p, method, j, j + 1, 1, node, now)
                 if part.evaluating:
-                    done += done_by(p.x, part.kick, part.factor, now, around, node, share)
+                    done += done_by(p, part.kick, part.factor, now, around, node + 1, share)
         for k in range(count):
             work[first + k] = work[first + k] + done[k]
 

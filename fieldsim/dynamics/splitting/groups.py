@@ -1,7 +1,8 @@
 """Groups of particles that are moved together: as many as a processor's instructions take numbers at once.
 
-A group's vectors stand as three rows of coordinates, one column a particle, so that what is done to all of them
-becomes vector instructions. A thread of a GPU, which has threads enough, moves a group of one particle.
+A group is a matrix of one column a particle, three rows each for its position, velocity, their rests and its
+acceleration (see `State`), so that what is done to all becomes vector instructions. A thread of a GPU, which has
+threads enough, moves a group of one particle.
 """
 
 import functools
@@ -13,9 +14,12 @@ from fieldsim.dynamics.state import State
 from fieldsim.launch import launch
 from fieldsim.numerics.running_sums import added
 
-# Particles of a group on a CPU, and on a GPU.
-LANES = 8
+# Particles of a group on a CPU, two vectors' worth, so that one is computed while the other waits; and on a GPU.
+LANES = 16
 ALONE = 1
+# First rows of a group's vectors.
+X, V, X_REST, V_REST, A = (wp.constant(3 * k) for k in range(5))
+ROWS = 15
 
 
 def lanes_of(device) -> int:
@@ -36,29 +40,8 @@ def vectors(lanes: int):
 
 @functools.cache
 def group_of(lanes: int):
-    """Warp struct of so many particles of a `State`."""
-    matrix = vectors(lanes)
-
-    @wp.struct
-    class Group:
-        x: matrix
-        v: matrix
-        x_rest: matrix
-        v_rest: matrix
-        a: matrix
-
-    return Group
-
-
-@wp.struct
-class Particle:
-    """One particle of a `State`."""
-
-    x: wp.vec3d
-    v: wp.vec3d
-    x_rest: wp.vec3d
-    v_rest: wp.vec3d
-    a: wp.vec3d
+    """The Warp matrix of so many particles."""
+    return wp.types.matrix((ROWS, lanes), wp.float64)
 
 
 @functools.cache
@@ -69,7 +52,7 @@ def load_of(lanes: int):
     @wp.func
     def load(state: State, first: int, count: int):
         group = Group()
-        for k in range(lanes):
+        for k in range(wp.int32(lanes)):  # no constant, for which Warp would write the loop out
             i = first + wp.min(k, count - 1)
             x = state.x[i]
             v = state.v[i]
@@ -77,11 +60,11 @@ def load_of(lanes: int):
             v_rest = state.v_rest[i]
             a = state.a[i]
             for c in range(3):
-                group.x[c, k] = x[c]
-                group.v[c, k] = v[c]
-                group.x_rest[c, k] = x_rest[c]
-                group.v_rest[c, k] = v_rest[c]
-                group.a[c, k] = a[c]
+                group[X + c, k] = x[c]
+                group[V + c, k] = v[c]
+                group[X_REST + c, k] = x_rest[c]
+                group[V_REST + c, k] = v_rest[c]
+                group[A + c, k] = a[c]
         return group
 
     return load
@@ -96,67 +79,80 @@ def store_of(lanes: int):
     def store(group: Group, state: State, first: int, count: int):
         for k in range(count):
             i = first + k
-            state.x[i] = column(group.x, k)
-            state.v[i] = column(group.v, k)
-            state.x_rest[i] = column(group.x_rest, k)
-            state.v_rest[i] = column(group.v_rest, k)
-            state.a[i] = column(group.a, k)
+            state.x[i] = column(group, X, k)
+            state.v[i] = column(group, V, k)
+            state.x_rest[i] = column(group, X_REST, k)
+            state.v_rest[i] = column(group, V_REST, k)
+            state.a[i] = column(group, A, k)
 
     return store
 
 
 @wp.func
-def column(vectors: Any, k: int):
-    """The vector of particle k."""
-    return wp.vec3d(vectors[0, k], vectors[1, k], vectors[2, k])
+def column(group: Any, row: int, k: int):
+    """A vector of particle k, which begins at a row."""
+    return wp.vec3d(group[row, k], group[row + 1, k], group[row + 2, k])
 
 
 @functools.cache
-def particle_of(lanes: int):
-    """Warp function (group, k) -> its particle k."""
-    Group = group_of(lanes)
+def rows_of(lanes: int):
+    """Warp function (group, row) -> the vectors that begin at a row, (3, lanes)."""
+    Group, matrix = group_of(lanes), vectors(lanes)
 
     @wp.func
-    def particle(group: Group, k: int):
-        p = Particle()
-        p.x = column(group.x, k)
-        p.v = column(group.v, k)
-        p.x_rest = column(group.x_rest, k)
-        p.v_rest = column(group.v_rest, k)
-        p.a = column(group.a, k)
-        return p
+    def rows(group: Group, row: int):
+        found = matrix()
+        for c in range(3):
+            found[c] = group[row + c]
+        return found
 
-    return particle
+    return rows
 
 
 @functools.cache
 def replaced_of(lanes: int):
-    """Warp function (group, k, particle) -> the group with another particle k."""
+    """Warp function (group, k, other) -> the group with the particle k of another group."""
     Group = group_of(lanes)
 
     @wp.func
-    def replaced(group: Group, k: int, p: Particle):
-        for c in range(3):
-            group.x[c, k] = p.x[c]
-            group.v[c, k] = p.v[c]
-            group.x_rest[c, k] = p.x_rest[c]
-            group.v_rest[c, k] = p.v_rest[c]
-            group.a[c, k] = p.a[c]
+    def replaced(group: Group, k: int, other: Group):
+        for c in range(wp.int32(ROWS)):
+            group[c, k] = other[c, k]
         return group
 
     return replaced
 
 
 @functools.cache
+def placed_of(lanes: int):
+    """Warp function (group, k, x, v, a) -> the group with another motion of particle k, without rests."""
+    Group = group_of(lanes)
+
+    @wp.func
+    def placed(group: Group, k: int, x: wp.vec3d, v: wp.vec3d, a: wp.vec3d):
+        for c in range(3):
+            group[X + c, k] = x[c]
+            group[V + c, k] = v[c]
+            group[X_REST + c, k] = wp.float64(0.0)
+            group[V_REST + c, k] = wp.float64(0.0)
+            group[A + c, k] = a[c]
+        return group
+
+    return placed
+
+
+@functools.cache
 def kicked_of(lanes: int):
-    """Warp function (group, kick) -> the group with its velocities changed."""
+    """Warp function (group, kick) -> the group with its velocities changed by (3, lanes)."""
     Group, matrix = group_of(lanes), vectors(lanes)
+    rows = rows_of(lanes)
 
     @wp.func
     def kicked(group: Group, kick: matrix):
-        v, v_rest = added(group.v, group.v_rest, kick)
-        group.v = v
-        group.v_rest = v_rest
+        v, v_rest = added(rows(group, V), rows(group, V_REST), kick)
+        for c in range(3):
+            group[V + c] = v[c]
+            group[V_REST + c] = v_rest[c]
         return group
 
     return kicked

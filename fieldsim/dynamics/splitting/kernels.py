@@ -18,17 +18,9 @@ from fieldsim.dynamics.contact.particle_state import (
     step_start,
 )
 from fieldsim.dynamics.contact.response import contact_step
-from fieldsim.dynamics.splitting.groups import (
-    Particle,
-    column,
-    group_of,
-    load_of,
-    particle_of,
-    replaced_of,
-    store_of,
-)
-from fieldsim.dynamics.splitting.method import Method, substep_of
-from fieldsim.dynamics.splitting.step import advance_of
+from fieldsim.dynamics.splitting.groups import ROWS, A, V, X, column, load_of, placed_of, replaced_of, store_of
+from fieldsim.dynamics.splitting.method import Method
+from fieldsim.dynamics.splitting.step import advance_of, group_in
 from fieldsim.dynamics.state import State
 from fieldsim.sources.field import field_at
 from fieldsim.sources.margins import margin_at, sweep_at
@@ -48,10 +40,7 @@ def splitting_kernel(kinds_used, gradients: bool, lanes: int):
     def free(start: int, steps: int, method: Method, gravity: Stages, state: State):
         first = (start + wp.tid()) * lanes
         count = wp.min(lanes, state.x.shape[0] - first)
-        p = load(state, first, count)
-        for step in range(steps):
-            for j in range(method.stages):
-                p = advance(p, substep_of(method, j), gravity, step * method.stages + j + 1)
+        p = advance(load(state, first, count), method, 0, method.stages, steps, 0, gravity)
         store(p, state, first, count)
 
     return free
@@ -59,12 +48,15 @@ def splitting_kernel(kinds_used, gradients: bool, lanes: int):
 
 @wp.struct
 class Passage:
-    """A particle after a step near a surface. hits: in it; resting: 1 if no further step will change anything.
+    """A particle after a step near a surface: x, v and acceleration a there.
 
-    room: the distance that it may travel before it could touch a surface; below 0 it is near one.
+    hits: in it; resting: 1 if no further step will change anything. room: the distance that it may travel before it
+    could touch a surface; below 0 it is near one.
     """
 
-    particle: Particle
+    x: wp.vec3d
+    v: wp.vec3d
+    a: wp.vec3d
     room: wp.float64
     hits: wp.int32
     resting: wp.int32
@@ -74,7 +66,7 @@ class Passage:
 def passage_of(gravity_kinds, surface_kinds):
     """Warp function: one step of one particle that may come near a surface, taken as leapfrog steps cut at contacts.
 
-    Of (index, particle, how far a free step may take it, whether its contacts are known, step, dt, method, gravity at
+    Of (index, x, v, a, how far a free step may take it, whether its contacts are known, step, dt, method, gravity at
     the stages of the leapfrog steps, surfaces, balls, motions) -> Passage; motions (N,): what is kept between steps.
     """
     field = field_at(gravity_kinds)
@@ -86,7 +78,9 @@ def passage_of(gravity_kinds, surface_kinds):
     @wp.func(inline=False)
     def passage(
         i: int,
-        p: Particle,
+        x: wp.vec3d,
+        v: wp.vec3d,
+        a: wp.vec3d,
         travel: wp.float64,
         known: wp.int32,
         step: int,
@@ -102,18 +96,18 @@ def passage_of(gravity_kinds, surface_kinds):
         ball = contact_particle(balls, i)
         parts = method.evaluations
         if makes_events(ball.law):
-            result.room = margin(p.x, surfaces, step * parts, wp.float64(0.0)) - ball.radius - travel
+            result.room = margin(x, surfaces, step * parts, wp.float64(0.0)) - ball.radius - travel
         if result.room >= wp.float64(0.0):
             return result
         m = motions[i]
         m.known = m.known * known
-        m.x = p.x
-        m.v = p.v
-        m.a = p.a
+        m.x = x
+        m.v = v
+        m.a = a
         m.spin = balls.spins[i]
         m.state = balls.states[i]
-        if method.opening == wp.float64(0.0):
-            _f, g = field(p.x, gravity, step * parts)
+        if method.continued == 0:
+            _f, g = field(x, gravity, step * parts)
             m.a = g
         last_a = m.a
         short = dt / wp.float64(parts)
@@ -121,15 +115,15 @@ def passage_of(gravity_kinds, surface_kinds):
             time = step_start(balls, step, dt) + wp.float64(k) * short
             m, found = near(m, step * parts + k, time, ball, balls, gravity, surfaces, short)
             result.hits += found
-        same = m.x == p.x and m.v == p.v and m.a == last_a and m.spin == balls.spins[i]
+        same = m.x == x and m.v == v and m.a == last_a and m.spin == balls.spins[i]
         if still == 1 and result.hits == 0 and same:
             result.resting = wp.int32(1)
         motions[i] = m
         balls.spins[i] = m.spin
         balls.states[i] = m.state
-        result.particle.x = m.x
-        result.particle.v = m.v
-        result.particle.a = m.a
+        result.x = m.x
+        result.v = m.v
+        result.a = m.a
         return result
 
     return passage
@@ -142,25 +136,14 @@ def contact_kernel(gravity_kinds, surface_kinds, gradients: bool, lanes: int):
     A step that may come near a surface is taken as leapfrog steps, one per evaluation of the method, which are cut at
     contacts; gravity_near and surfaces have their stages at those steps' ends.
     """
-    Group = group_of(lanes)
     Numbers = wp.types.vector(lanes, wp.float64)
     Flags = wp.types.vector(lanes, wp.int32)
-    advance = advance_of(gravity_kinds, gradients, lanes)
+    advance, group = advance_of(gravity_kinds, gradients, lanes, measured=True), group_in(lanes)
     load, store = load_of(lanes), store_of(lanes)
-    particle, replaced = particle_of(lanes), replaced_of(lanes)
+    replaced, placed = replaced_of(lanes), placed_of(lanes)
     passage = passage_of(gravity_kinds, surface_kinds)
     sweep = sweep_at(surface_kinds)
     ground_still = wp.constant(wp.int32(0 if surface_kinds[1] else 1))
-
-    @wp.func
-    def moved(p: Group, q: Group, dt: wp.float64):
-        """How far the particles have come at most, and what the kicks may bend."""
-        dx = q.x - p.x
-        dv = q.v - p.v
-        travels = Numbers()
-        for k in range(lanes):
-            travels[k] = wp.length(column(dx, k)) + dt * wp.length(column(dv, k))
-        return travels
 
     @wp.kernel(module="unique", enable_backward=False)
     def colliding(
@@ -194,38 +177,36 @@ def contact_kernel(gravity_kinds, surface_kinds, gradients: bool, lanes: int):
         for step in range(steps):
             if left == 0:
                 break
-            q = p
-            travels = Numbers()
-            for j in range(method.stages):
-                r = advance(q, substep_of(method, j), gravity, step * method.stages + j + 1)
-                travels += moved(q, r, dt)
-                q = r
+            results = advance(p, method, 0, method.stages, 1, step * method.stages, gravity)
+            q = group(results)
+            travels = results[ROWS]
             swept = wp.float64(0.0)
             for k in range(method.evaluations):
                 swept += sweep(surfaces, step * method.evaluations + k)
             for k in range(count):
                 i = first + k
                 if done[k] == 1:
-                    q = replaced(q, k, particle(p, k))
+                    q = replaced(q, k, p)
                     continue
                 travel = travels[k] + swept
                 rooms[k] = rooms[k] - travel
                 if rooms[k] < wp.float64(0.0):
                     passed = passage(
-                        i, particle(p, k), travel, near[k], step, dt, method, gravity_near, surfaces, balls, motions
-                    )
+                        i, column(p, X, k), column(p, V, k), column(p, A, k), travel, near[k],
+                        step, dt, method, gravity_near, surfaces, balls, motions,
+                    )  # fmt: skip
                     rooms[k] = passed.room
                     near[k] = wp.int32(0)
                     if passed.room < wp.float64(0.0):
                         near[k] = wp.int32(1)
                         balls.bounces[i] = balls.bounces[i] + passed.hits
                         done[k] = passed.resting
-                        q = replaced(q, k, passed.particle)
+                        q = placed(q, k, passed.x, passed.v, passed.a)
                 else:
                     near[k] = wp.int32(0)
                 if near[k] == 0:
                     balls.states[i] = MOVING
-                x = column(q.x, k)
+                x = column(q, X, k)
                 if done[k] == 0 and wp.dot(x, x) > balls.escape2:
                     balls.states[i] = ESCAPED
                     log_event(balls, i, step_start(balls, step + 1, dt), GONE, x, wp.vec3d())

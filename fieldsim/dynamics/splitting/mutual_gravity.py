@@ -12,12 +12,26 @@ import warp as wp
 
 from fieldsim.arrays import kept, read_only
 from fieldsim.copies import Uncopied
-from fieldsim.dynamics.splitting.groups import column, kicked_of, lanes_of, launch_groups, load_of, store_of
+from fieldsim.dynamics.splitting.groups import (
+    X_REST,
+    A,
+    V,
+    X,
+    column,
+    kicked_of,
+    lanes_of,
+    launch_groups,
+    load_of,
+    rows_of,
+    store_of,
+    vectors,
+)
 from fieldsim.dynamics.splitting.method import Method, SubStep, method_of, substep_of
 from fieldsim.dynamics.state import State
 from fieldsim.launch import launch
 from fieldsim.numerics.running_sums import added
 from fieldsim.portable import Table, hole, portable, real
+from fieldsim.portable.lanes.functions import group_function
 from fieldsim.potentials.row import Layout, offset_from, vector_of
 from fieldsim.sources.field import bends_at, bent_along, pulls_at
 from fieldsim.sources.stages import Stages
@@ -88,17 +102,18 @@ class Pull:
 @functools.cache
 def _shifts_of(lanes: int):
     """Warp functions for groups of particles: move and tell (see `parts_of`)."""
-    load, store, kicked = load_of(lanes), store_of(lanes), kicked_of(lanes)
+    load, store, kicked, vectors_in = load_of(lanes), store_of(lanes), kicked_of(lanes), rows_of(lanes)
 
     @wp.func
     def move(first: int, part: SubStep, pull: Pull, state: State):
         count = wp.min(lanes, state.x.shape[0] - first)
         p = load(state, first, count)
         if part.opening != wp.float64(0.0):
-            p = kicked(p, part.opening * p.a)
-        x, x_rest = added(p.x, p.x_rest, part.drift * p.v)
-        p.x = x
-        p.x_rest = x_rest
+            p = kicked(p, part.opening * vectors_in(p, A))
+        x, x_rest = added(vectors_in(p, X), vectors_in(p, X_REST), part.drift * vectors_in(p, V))
+        for c in range(3):
+            p[X + c] = x[c]
+            p[X_REST + c] = x_rest[c]
         store(p, state, first, count)
         for k in range(count):
             row = pull.index[first + k]
@@ -121,36 +136,43 @@ def _shifts_of(lanes: int):
 @functools.cache
 def _forces_of(kinds_used, kernel, gradients: bool, lanes: int):
     """Warp functions for groups of particles: accelerate and kick (see `parts_of`)."""
-    load, store, kicked = load_of(lanes), store_of(lanes), kicked_of(lanes)
+    load, store, kicked, vectors_in = load_of(lanes), store_of(lanes), kicked_of(lanes), rows_of(lanes)
     field, bends = pulls_at(kinds_used, lanes), bends_at(kinds_used, lanes)
-    pulled = _pull_of_sources.bind(law=kernel.law).warp(wp.float64)
-    bent = _gradient_of_sources.bind(law=kernel.law).warp(wp.float64)
+    of_sources = ("table", "int")
+    pulled, bent = (
+        group_function(portable.bind(law=kernel.law), wp.float64, (rows, *of_sources), (0, 1, 2), lanes)
+        for portable, rows in ((_pull_of_sources, "rows 3"), (_gradient_of_sources, "rows 6"))
+    )
+    matrix, six = vectors(lanes), wp.types.matrix((6, lanes), wp.float64)
+
+    @wp.func
+    def places_and_pulls(x: matrix, a: matrix):
+        found = six()
+        for c in range(3):
+            found[c] = x[c]
+            found[c + 3] = a[c]
+        return found
 
     @wp.func
     def accelerate(first: int, stage: int, gravity: Stages, pull: Pull, state: State):
         count = wp.min(lanes, state.x.shape[0] - first)
         p = load(state, first, count)
-        a = field(p.x, gravity, stage)
+        x = vectors_in(p, X)
+        a = field(x, gravity, stage) + pulled(x, pull.rows, pull.rows.shape[0])
         for k in range(count):
-            x, y, z = pulled(p.x[0, k], p.x[1, k], p.x[2, k], pull.rows, pull.rows.shape[0])
-            state.a[first + k] = column(a, k) + wp.vec3d(x, y, z)
+            state.a[first + k] = column(a, 0, k)
 
     @wp.func
     def kick(first: int, part: SubStep, stage: int, gravity: Stages, pull: Pull, state: State):
         count = wp.min(lanes, state.x.shape[0] - first)
         p = load(state, first, count)
-        impulse = part.kick * p.a
+        a = vectors_in(p, A)
+        impulse = part.kick * a
         if wp.static(gradients):
             if part.factor != wp.float64(0.0):
-                _a, h = bends(p.x, gravity, stage)
-                push = bent_along(h, p.a)
-                for k in range(count):
-                    x, y, z = bent(
-                        p.x[0, k], p.x[1, k], p.x[2, k], p.a[0, k], p.a[1, k], p.a[2, k], pull.rows, pull.rows.shape[0]
-                    )
-                    push[0, k] = push[0, k] + x
-                    push[1, k] = push[1, k] + y
-                    push[2, k] = push[2, k] + z
+                x = vectors_in(p, X)
+                _a, h = bends(x, gravity, stage)
+                push = bent_along(h, a) + bent(places_and_pulls(x, a), pull.rows, pull.rows.shape[0])
                 impulse = impulse + part.factor * push
         store(kicked(p, impulse), state, first, count)
 

@@ -1,52 +1,50 @@
-"""One step of a splitting for a group of particles: the one loop over its stages, as a Warp function.
-
-The last acceleration is carried along, from step to step and from launch to launch, so that a run cut into launches
-anywhere gives the same bytes.
-"""
+"""A group of particles taken through steps of a splitting, or parts of one, as a Warp function."""
 
 import functools
 
 import warp as wp
 
-from fieldsim.dynamics.splitting.groups import group_of, kicked_of
-from fieldsim.dynamics.splitting.method import SubStep
-from fieldsim.dynamics.state import drifted
-from fieldsim.sources.field import bends_at, bent_along, pulls_at
+from fieldsim.dynamics.splitting.groups import ROWS, group_of
+from fieldsim.dynamics.splitting.method import Method
+from fieldsim.dynamics.splitting.substeps import substeps_of
+from fieldsim.portable.lanes.functions import group_function
 from fieldsim.sources.stages import Stages
+
+_INPUTS = (f"rows {ROWS}", "real", "table", *("int",) * 4, "table", "indices", "int", "table", "indices", "int")
 
 
 @functools.cache
-def advance_of(kinds_used, gradients: bool, lanes: int):
-    """Warp function (group, part, gravity, stage) -> the group after the part of a step that ends at a stage.
+def advance_of(kinds_used, gradients: bool, lanes: int, measured: bool = False):
+    """Warp function (group, method, begin, end, steps, stage, gravity) -> the group after parts of steps.
 
-    gradients: whether the method has any.
+    These are the sub-steps begin to end - 1 of `steps` steps, from a stage on. gradients: whether the method has any.
+    measured: the result has one row more than a group, how far each particle has come at most (see `group_in`).
     """
     Group = group_of(lanes)
-    kicked = kicked_of(lanes)
-    pull = pulls_at(kinds_used, lanes)
-    bends = bends_at(kinds_used, lanes)
+    portable, outputs = substeps_of(kinds_used, gradients, measured), tuple(range(ROWS + measured))
+    substeps = group_function(portable, wp.float64, _INPUTS, outputs, lanes)
 
     @wp.func
-    def plain(p: Group, part: SubStep, gravity: Stages, stage: int):
-        kick = part.opening * p.a
-        x, x_rest = drifted(p.x, p.x_rest, p.v, p.v_rest, kick, part.drift)
-        p.x = x
-        p.x_rest = x_rest
-        if part.evaluating:
-            p.a = pull(x, gravity, stage)
-            p = kicked(p, kick + part.kick * p.a)
-        return p
+    def advance(group: Group, method: Method, begin: int, end: int, steps: int, stage: int, gravity: Stages):
+        return substeps(
+            group, method.dt, method.table, begin, end, steps, stage,
+            gravity.rows, gravity.kinds, gravity.kinds.shape[0],
+            gravity.moving_rows, gravity.moving_kinds, gravity.moving,
+        )  # fmt: skip
+
+    return advance
+
+
+@functools.cache
+def group_in(lanes: int):
+    """Warp function (result of `advance_of`, measured) -> the group."""
+    Group, Results = group_of(lanes), wp.types.matrix((ROWS + 1, lanes), wp.float64)
 
     @wp.func
-    def with_gradient(p: Group, part: SubStep, gravity: Stages, stage: int):
-        if part.factor == wp.float64(0.0):
-            return plain(p, part, gravity, stage)
-        kick = part.opening * p.a
-        x, x_rest = drifted(p.x, p.x_rest, p.v, p.v_rest, kick, part.drift)
-        p.x = x
-        p.x_rest = x_rest
-        a, bent = bends(x, gravity, stage)
-        p.a = a
-        return kicked(p, kick + part.factor * bent_along(bent, a) + part.kick * a)
+    def group(results: Results):
+        found = Group()
+        for c in range(wp.int32(ROWS)):
+            found[c] = results[c]
+        return found
 
-    return with_gradient if gradients else plain
+    return group

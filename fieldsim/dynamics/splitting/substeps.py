@@ -1,0 +1,167 @@
+"""The one loop over the stages of a splitting, portable: on CPUs in lanes, a particle each; on GPUs a thread each.
+
+Sums are compensated. The last acceleration is carried along, from step to step and from launch to launch, so that a run
+cut into launches anywhere gives the same bytes.
+"""
+
+import functools
+import math
+
+from fieldsim.numerics.running_sums import compensated
+from fieldsim.portable import Indices, Portable, Table, hole, portable, real
+from fieldsim.potentials import registry
+from fieldsim.potentials.row import Layout
+
+# What leads to one stage, in units of the step: the kick by the old acceleration that is due, a drift, the kick by the
+# new acceleration, and the factor of the force gradient in it.
+SUBSTEP = Layout()
+OPENING = SUBSTEP.number("OPENING", "kick by the old acceleration")
+DRIFT = SUBSTEP.number("DRIFT", "drift")
+KICK = SUBSTEP.number("KICK", "kick by the new acceleration")
+GRADIENT = SUBSTEP.number("GRADIENT", "factor of the force gradient")
+
+# Whether the path is measured, 1 or 0.
+MEASURED = hole()
+fixed = hole("x, y, z, rows, kinds, first, count")
+moving = hole("x, y, z, rows, kinds, first, count")
+fixed_jet = hole("x, y, z, rows, kinds, first, count")
+moving_jet = hole("x, y, z, rows, kinds, first, count")
+pull = hole("x, y, z, factor, rows, kinds, still, moving_rows, moving_kinds, first, count")
+
+
+@portable
+def _plain_pull(
+    x: real,
+    y: real,
+    z: real,
+    factor: real,
+    rows: Table,
+    kinds: Indices,
+    still: int,
+    moving_rows: Table,
+    moving_kinds: Indices,
+    first: int,
+    count: int,
+):
+    _f, ax, ay, az = fixed(x, y, z, rows, kinds, 0, still)
+    _g, bx, by, bz = moving(x, y, z, moving_rows, moving_kinds, first, count)
+    zero = real(0.0)
+    return ax + bx, ay + by, az + bz, zero, zero, zero
+
+
+@portable
+def _pull_with_gradient(
+    x: real,
+    y: real,
+    z: real,
+    factor: real,
+    rows: Table,
+    kinds: Indices,
+    still: int,
+    moving_rows: Table,
+    moving_kinds: Indices,
+    first: int,
+    count: int,
+):
+    if factor == real(0.0):
+        _f, ax, ay, az = fixed(x, y, z, rows, kinds, 0, still)
+        _g, bx, by, bz = moving(x, y, z, moving_rows, moving_kinds, first, count)
+        zero = real(0.0)
+        return ax + bx, ay + by, az + bz, zero, zero, zero
+    _f, ax, ay, az, axx, ayy, azz, axy, axz, ayz = fixed_jet(x, y, z, rows, kinds, 0, still)
+    _g, bx, by, bz, bxx, byy, bzz, bxy, bxz, byz = moving_jet(x, y, z, moving_rows, moving_kinds, first, count)
+    ax += bx
+    ay += by
+    az += bz
+    xy = axy + bxy
+    xz = axz + bxz
+    yz = ayz + byz
+    gx = factor * ((axx + bxx) * ax + xy * ay + xz * az)
+    gy = factor * (xy * ax + (ayy + byy) * ay + yz * az)
+    gz = factor * (xz * ax + yz * ay + (azz + bzz) * az)
+    return ax, ay, az, gx, gy, gz
+
+
+@portable
+def _substeps(
+    x: real,
+    y: real,
+    z: real,
+    u: real,
+    v: real,
+    w: real,
+    x_rest: real,
+    y_rest: real,
+    z_rest: real,
+    u_rest: real,
+    v_rest: real,
+    w_rest: real,
+    ax: real,
+    ay: real,
+    az: real,
+    dt: real,
+    method: Table,
+    begin: int,
+    end: int,
+    steps: int,
+    stage: int,
+    rows: Table,
+    kinds: Indices,
+    still: int,
+    moving_rows: Table,
+    moving_kinds: Indices,
+    elements: int,
+):
+    """Positions, velocities, their rests and accelerations after sub-steps begin to end - 1 of `steps` steps.
+
+    stage: at which they begin; still: how many elements stay; elements: how many move. The last result, if it is
+    measured, bounds how far from its start the path came: what the drifts add up to, and what the kicks may bend.
+    """
+    travel = real(0.0)
+    for _step in range(steps):
+        for j in range(begin, end):
+            stage += 1
+            opening = dt * method[j, OPENING]
+            drift = dt * method[j, DRIFT]
+            kick = dt * method[j, KICK]
+            factor = dt * (dt * (dt * method[j, GRADIENT]))
+            x0 = x
+            y0 = y
+            z0 = z
+            u0 = u
+            v0 = v
+            w0 = w
+            kx = opening * ax
+            ky = opening * ay
+            kz = opening * az
+            x, x_rest = compensated(x, x_rest, drift * (u + (u_rest + kx)))
+            y, y_rest = compensated(y, y_rest, drift * (v + (v_rest + ky)))
+            z, z_rest = compensated(z, z_rest, drift * (w + (w_rest + kz)))
+            if kick != real(0.0) or factor != real(0.0):
+                ax, ay, az, gx, gy, gz = pull(
+                    x, y, z, factor, rows, kinds, still, moving_rows, moving_kinds, stage * elements, elements
+                )
+                u, u_rest = compensated(u, u_rest, kx + gx + kick * ax)
+                v, v_rest = compensated(v, v_rest, ky + gy + kick * ay)
+                w, w_rest = compensated(w, w_rest, kz + gz + kick * az)
+            if MEASURED == 1:
+                path = (x - x0) * (x - x0) + (y - y0) * (y - y0) + (z - z0) * (z - z0)
+                bend = (u - u0) * (u - u0) + (v - v0) * (v - v0) + (w - w0) * (w - w0)
+                travel += math.sqrt(path) + dt * math.sqrt(bend)
+    return x, y, z, u, v, w, x_rest, y_rest, z_rest, u_rest, v_rest, w_rest, ax, ay, az, travel
+
+
+@functools.cache
+def substeps_of(kinds_used, gradients: bool, measured: bool) -> Portable:
+    """The portable function for gravity of the given kinds, of what stays and of what moves.
+
+    gradients: whether the method has any; measured: whether the path is.
+    """
+    sums = [registry.field_sum(kinds) for kinds in kinds_used]
+    if not gradients:
+        acting = _plain_pull.bind(fixed=sums[0], moving=sums[1])
+    else:
+        jets = [registry.jet_sum(kinds) for kinds in kinds_used]
+        names = {"fixed": sums[0], "moving": sums[1], "fixed_jet": jets[0], "moving_jet": jets[1]}
+        acting = _pull_with_gradient.bind(**names)
+    return _substeps.bind(pull=acting, MEASURED=int(measured))

@@ -48,13 +48,20 @@ def motion_given(who: str, *, position, rotation, velocity, angular_velocity) ->
     return given
 
 
-def restart(state: State, particles: ContactParticles, changed: np.ndarray, fresh: State, spins: np.ndarray) -> None:
-    """Let the particles `changed` (N,) start anew as in `fresh`, moving, with the given spins (N, 3)."""
+def restart(state: State, particles: ContactParticles, motions: wp.array, changed, fresh: State, spins) -> None:
+    """Let the particles `changed` (N,) start anew as in `fresh`, moving, with the given spins (N, 3).
+
+    motions (N,) of `Motion`: what is known of contacts, and of these no more.
+    """
     renew(State, state, fresh, changed)
     device, anew = fresh.x.device, ContactParticles()
     anew.spins = wp.array(spins, dtype=wp.vec3d, device=device)
     anew.states = wp.full(len(fresh.x), MOVING, dtype=wp.int32, device=device)
     renew(ContactParticles, particles, anew, changed, ("spins", "states"))
+    if len(motions):
+        known = motions.numpy()
+        known[changed] = 0
+        motions.assign(known)
 
 
 def warn_of_choice(integrator) -> None:

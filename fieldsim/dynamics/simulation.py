@@ -208,7 +208,7 @@ class Simulation(ContactReadings, Uncopied):
 
     def _written(self):
         """The arrays that steps write, but for the free bodies'."""
-        balls = [getattr(self._balls, name) for name in WRITTEN] if self._eventful else []
+        balls = [*(getattr(self._balls, name) for name in WRITTEN), self._motions] if self._eventful else []
         return [*(getattr(self._state, name) for name in columns(State)), *balls, *self._sums]
 
     @property
@@ -328,7 +328,7 @@ class Simulation(ContactReadings, Uncopied):
         """Let the particles `changed` (N,) start anew from here; arrays (N, 3) of all."""
         fresh = state_of(positions, velocities, self.device)
         fresh.a = self._pull(fresh.x)
-        restart(self._state, self._balls, changed, fresh, spins)
+        restart(self._state, self._balls, self._motions, changed, fresh, spins)
         if self._mutual:
             self._state.a = fresh.a  # those that stay feel those that do not
         if self.radau:

@@ -10,7 +10,7 @@ from fieldsim.dynamics.contact.release import release_kernel
 from fieldsim.dynamics.integrators.splittings import Leapfrog
 from fieldsim.dynamics.radau.kernels import dense_kernel, radau_kernel
 from fieldsim.dynamics.simulation import Simulation
-from fieldsim.dynamics.splitting.groups import ALONE, LANES
+from fieldsim.dynamics.splitting.groups import ALONE
 from fieldsim.dynamics.splitting.kernels import contact_kernel, splitting_kernel
 from fieldsim.potentials.kernels import Newtonian
 from fieldsim.potentials.primitives.circle import Circle
@@ -39,7 +39,6 @@ def spinning_donut_with_a_bar():
 # Of the kinds of formulas in the roles of gravity and of a surface.
 KERNELS = {
     "splitting": lambda gravity, surface: splitting_kernel(gravity, False, ALONE),
-    "splitting, together": lambda gravity, surface: splitting_kernel(gravity, False, LANES),
     "force gradients": lambda gravity, surface: splitting_kernel(gravity, True, ALONE),
     "contact": lambda gravity, surface: contact_kernel(gravity, surface, False, ALONE),
     "contact, force gradients": lambda gravity, surface: contact_kernel(gravity, surface, True, ALONE),

@@ -18,6 +18,7 @@ from fieldsim.dynamics.contact.selection import (
     facing,
     known,
     least_of,
+    nearest_of,
     place_for,
     spread,
 )
@@ -266,7 +267,11 @@ def beginning_at(kinds_used):
 
 @functools.cache
 def contacts_at(kinds_used):
-    """Warp function (centre, radius, horizon, grain, surfaces, moment, time after it) -> Contacts nearer than that."""
+    """Warp function (centre, radius, horizon, grain, surfaces, moment, time after it, earlier) -> Contacts nearer.
+
+    That is, than the horizon. earlier: contacts of the ball somewhere near, whose points searches begin from; a
+    `Contacts()` where none are known.
+    """
     feet = max(map(most_feet, kinds_used))
     begin = beginning_at(kinds_used)
     search = nearest_from(kinds_used)
@@ -282,6 +287,7 @@ def contacts_at(kinds_used):
         surfaces: Stages,
         moment: Moment,
         later: wp.float64,
+        earlier: Contacts,
     ):
         result = Contacts()
         result.horizon = horizon
@@ -292,6 +298,7 @@ def contacts_at(kinds_used):
                 beginning = begin(i, which, center, radius + horizon, surfaces, moment, later)
                 start = beginning.start
                 searching = beginning.near == 1 and not known(result.count, result.points, start, BASIN * grain)
+                start = nearest_of(earlier.count, earlier.points, start, BASIN * grain)
                 # Once more where the first search forked.
                 for _ in range(wp.where(searching, 2, 0)):
                     if not searching:

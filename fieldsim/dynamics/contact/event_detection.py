@@ -76,9 +76,10 @@ def refined_contact(kinds_used):
         horizon: wp.float64,
     ):
         t = wp.float64(0.5) * (low + high)
+        there = Contacts()
         for k in range(REFINEMENTS):
             p = position_at(m.x, m.v, m.a, t)
-            there = contacts_of(p, ball.radius, horizon, ball.grain, surfaces, moment, t)
+            there = contacts_of(p, ball.radius, horizon, ball.grain, surfaces, moment, t, there)
             close = tolerance(p, ball.radius, ball.grain)
             if there.least < wp.float64(0.0):
                 high = t
@@ -141,9 +142,8 @@ def contact_within(kinds_used):
                         u, value = minimum_of(first.gaps[k], d0, last.gaps[j], d1)
                         if value < CHECK_BELOW * ball.grain and u > wp.float64(0.0) and u < wp.float64(1.0):
                             t = begin + u * span
-                            there = contacts_of(
-                                position_at(m.x, m.v, m.a, t), ball.radius, horizon, ball.grain, surfaces, moment, t
-                            )
+                            p = position_at(m.x, m.v, m.a, t)
+                            there = contacts_of(p, ball.radius, horizon, ball.grain, surfaces, moment, t, first)
                             if there.least < wp.float64(0.0):
                                 high = t
         return high
@@ -197,15 +197,14 @@ def first_contact(kinds_used):
                 # What is nearer than a piece is long can be touched in it.
                 horizon = wp.float64(1.01) * speed * span
                 if known == 0 or here.horizon < horizon:
-                    here = contacts_of(p, ball.radius, horizon, ball.grain, surfaces, moment, t)
+                    here = contacts_of(p, ball.radius, horizon, ball.grain, surfaces, moment, t, here)
                 if here.least >= speed * span:
                     t = t + here.least / speed
                     known = wp.int32(0)
                 else:
                     end = t + span
-                    there = contacts_of(
-                        position_at(m.x, m.v, m.a, end), ball.radius, horizon, ball.grain, surfaces, moment, end
-                    )
+                    q = position_at(m.x, m.v, m.a, end)
+                    there = contacts_of(q, ball.radius, horizon, ball.grain, surfaces, moment, end, here)
                     if here.least + there.least < speed * span:
                         high = crossing(m, ball, surfaces, moment, here, t, there, end, horizon)
                         if high >= wp.float64(0.0):

@@ -72,17 +72,18 @@ def rubbed(
 
 @functools.cache
 def settle(pressing: bool):
-    """Warp function (v, spin, contacts, active, targets, presses, grounds, ball) -> Settled.
+    """Warp function (v, spin, count, normals, active, targets, presses, grounds, ball) -> Settled.
 
-    active: 1 for contacts that count; targets: least velocities along the normals afterwards. pressing: whether the
-    impulses along the normals are found; otherwise they are given, and there is friction alone.
+    active: 1 for those of `count` contacts that act; targets: least velocities along the normals afterwards.
+    pressing: whether the impulses along the normals are found; otherwise they are given, and there is friction alone.
     """
 
     @wp.func(inline=False)
     def settled(
         v: wp.vec3d,
         spin: wp.vec3d,
-        contacts: Contacts,
+        count: int,
+        normals: Vectors,
         active: Numbers,
         targets: Numbers,
         presses: Numbers,
@@ -90,13 +91,14 @@ def settle(pressing: bool):
         ball: ContactParticle,
     ):
         rubs = Vectors()
+        alone = wp.dot(active, active) <= wp.float64(1.0)
         # First without friction, which would take for slip what presses the ball into a groove.
         for rubbing in range(wp.where(ball.friction > wp.float64(0.0), 2, 1)):
             for _ in range(SWEEPS):
                 change = wp.float64(0.0)
-                for k in range(contacts.count):
+                for k in range(count):
                     if active[k] != wp.float64(0.0):
-                        normal = contacts.normals[k]
+                        normal = normals[k]
                         before = v
                         if wp.static(pressing):
                             press = wp.max(presses[k] + targets[k] - wp.dot(v, normal), wp.float64(0.0))
@@ -106,7 +108,7 @@ def settle(pressing: bool):
                             v, spin, total = rubbed(v, spin, grounds[k], normal, ball, rubs[k], presses[k])
                             rubs[k] = total
                         change = wp.max(change, wp.length(v - before))
-                if change <= SETTLED * (wp.length(v) + change):
+                if alone or change <= SETTLED * (wp.length(v) + change):
                     break
         result = Settled()
         result.v = v

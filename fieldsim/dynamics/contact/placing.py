@@ -33,7 +33,7 @@ def push_out(kinds_used):
     def push(p: wp.vec3d, ball: ContactParticle, surfaces: Stages, moment: Moment, later: wp.float64):
         for _ in range(REFINEMENTS):
             horizon = touching(p, ball.radius, ball.grain)
-            there = contacts_of(p, ball.radius, horizon, ball.grain, surfaces, moment, later)
+            there = contacts_of(p, ball.radius, horizon, ball.grain, surfaces, moment, later, Contacts())
             if not there.least < wp.float64(0.0):
                 break
             k = violated(there, ball.radius)
@@ -62,7 +62,7 @@ def set_down(kinds_used):
         later: wp.float64,
         horizon: wp.float64,
     ):
-        there = contacts_of(p, ball.radius, horizon, ball.grain, surfaces, moment, later)
+        there = contacts_of(p, ball.radius, horizon, ball.grain, surfaces, moment, later, Contacts())
         close = tolerance(p, ball.radius, ball.grain)
         if there.count > 0 and there.least > close:
             p = there.points[there.which] + (ball.radius + wp.float64(0.5) * close) * there.normals[there.which]

@@ -6,7 +6,7 @@ import warnings
 import numpy as np
 import warp as wp
 
-from fieldsim.dynamics.contact.contacts import contacts_at, touching
+from fieldsim.dynamics.contact.contacts import Contacts, contacts_at, touching
 from fieldsim.dynamics.contact.particle_state import ContactParticles, contact_particle, makes_events
 from fieldsim.dynamics.contact.placing import push_out
 from fieldsim.dynamics.contact.surfaces import Surfaces
@@ -66,7 +66,7 @@ def release_kernel(surface_kinds):
         inside[i] = 0
         if makes_events(ball.law) and margin(x, surfaces, 0, wp.float64(0.0)) < ball.radius:
             close = touching(x, ball.radius, ball.grain)
-            here = contacts_of(x, ball.radius, close, ball.grain, surfaces, moment, wp.float64(0.0))
+            here = contacts_of(x, ball.radius, close, ball.grain, surfaces, moment, wp.float64(0.0), Contacts())
             if here.least < -close:
                 inside[i] = 1
                 positions[i] = push(x, ball, surfaces, moment, wp.float64(0.0))

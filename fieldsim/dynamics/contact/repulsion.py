@@ -9,7 +9,7 @@ import functools
 import numpy as np
 import warp as wp
 
-from fieldsim.dynamics.contact.contacts import contacts_at
+from fieldsim.dynamics.contact.contacts import Contacts, contacts_at
 from fieldsim.dynamics.contact.event_detection import Motion
 from fieldsim.dynamics.contact.laws import pressed
 from fieldsim.dynamics.contact.particle_state import ContactParticle, ContactParticles
@@ -39,7 +39,7 @@ def repulsion_at(surface_kinds):
         surfaces: Stages,
         moment: Moment,
     ):
-        here = contacts_of(p, radius, reach, grain, surfaces, moment, wp.float64(0.0))
+        here = contacts_of(p, radius, reach, grain, surfaces, moment, wp.float64(0.0), Contacts())
         # The law's depth^3 / 3 with a depth of 1 on the surface.
         strength = wp.float64(3.0) * stiffness / (reach * reach * reach)
         energy = wp.float64(0.0)

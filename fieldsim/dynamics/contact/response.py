@@ -183,10 +183,10 @@ def contact_step(gravity_kinds, surface_kinds):
             # Farther than needed, so that the next step, if a little faster, knows enough.
             horizon = SPARE * needed
             if m.known == 0 or here.horizon < needed:
-                here = contacts_of(m.x, ball.radius, horizon, ball.grain, surfaces, moment, wp.float64(0.0))
+                here = contacts_of(m.x, ball.radius, horizon, ball.grain, surfaces, moment, wp.float64(0.0), here)
             if here.least < -touching(m.x, ball.radius, ball.grain):
                 m.x = push(m.x, ball, surfaces, moment, wp.float64(0.0))
-                here = contacts_of(m.x, ball.radius, horizon, ball.grain, surfaces, moment, wp.float64(0.0))
+                here = contacts_of(m.x, ball.radius, horizon, ball.grain, surfaces, moment, wp.float64(0.0), here)
                 m.a = pull(m.x, gravity, stage, m.t / dt)
             if m.state == ABSORBED:
                 x, v, there = carry(m.x, here, ball, surfaces, moment, dt - m.t)
@@ -211,7 +211,9 @@ def contact_step(gravity_kinds, surface_kinds):
                     continue
             elif touches and meeting.hits and not many_hits:
                 grounds = grounds_of(here, m.x, ball, dt)
-                end = _settle(m.v, m.spin, here, meeting.active, meeting.targets, Numbers(), grounds, ball)
+                end = _settle(
+                    m.v, m.spin, here.count, here.normals, meeting.active, meeting.targets, Numbers(), grounds, ball
+                )
                 m.v = end.v
                 m.spin = end.spin
                 log_event(balls, ball.index, time + m.t, HIT, here.points[meeting.which], m.v - before)

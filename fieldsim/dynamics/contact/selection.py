@@ -19,6 +19,19 @@ def known(count: int, points: Vectors, p: wp.vec3d, within: wp.float64):
 
 
 @wp.func
+def nearest_of(count: int, points: Vectors, p: wp.vec3d, within: wp.float64):
+    """The nearest of `count` points to p that is that near, else p itself."""
+    found = p
+    best = within
+    for k in range(count):
+        distance = wp.length(points[k] - p)
+        if distance <= best:
+            best = distance
+            found = points[k]
+    return found
+
+
+@wp.func
 def place_for(gap: wp.float64, count: int, gaps: Numbers):
     """Where there is place for a contact: behind the others, or instead of one with a greater gap; -1 if nowhere."""
     if count < MOST:

@@ -101,7 +101,7 @@ def carry_along(kinds_used):
         x = screw(x, share * turn, share * shift)
         # What grows or melts together comes nearer or goes away besides.
         x = down(x, ball, surfaces, moment, duration, wp.float64(0.5) * ball.grain)
-        there = contacts_of(x, ball.radius, here.horizon, ball.grain, surfaces, moment, duration)
+        there = contacts_of(x, ball.radius, here.horizon, ball.grain, surfaces, moment, duration, here)
         u = (wp.cross(turn, x) + shift) / moment.dt
         if there.count > 0:
             n = there.normals[there.which]
@@ -119,7 +119,7 @@ def sticks(m: Motion, here: Contacts, active: Numbers, grounds: Vectors, ball: C
     turn = here.turns[here.which]
     # In the frame of the material, which is accelerated towards its axis.
     a = m.a - wp.cross(turn, ground) / dt
-    end = _settle(m.v + h * a, m.spin, here, active, here.speeds, Numbers(), grounds, ball)
+    end = _settle(m.v + h * a, m.spin, here.count, here.normals, active, here.speeds, Numbers(), grounds, ball)
     size = HELD * (wp.length(m.v - ground) + h * wp.length(a))
     rest = end.v - ground
     n = here.normals[here.which]
@@ -213,11 +213,12 @@ def slide_on(surface_kinds):
         result = Slide()
         result.v = m.v + wp.float64(0.5) * h * m.a
         result.spin = m.spin
+        result.there = here
         x = m.x + h * result.v
         close = tolerance(x, ball.radius, ball.grain)
         rub = ball.friction > wp.float64(0.0)
         for _ in range(REFINEMENTS):
-            result.there = contacts_of(x, ball.radius, horizon, ball.grain, surfaces, moment, h)
+            result.there = contacts_of(x, ball.radius, horizon, ball.grain, surfaces, moment, h, result.there)
             if not rub and in_place(here, result.there, active, result.lifts, close):
                 break
             lifts = lifted(here, result.there, active, result.lifts, close)
@@ -229,7 +230,7 @@ def slide_on(surface_kinds):
                 along = result.v
                 for k in range(here.count):
                     along = along + (lifts[k] / h) * here.normals[k]
-                rubbed = _rub(along, result.spin, here, active, Numbers(), lifts / h, grounds, ball)
+                rubbed = _rub(along, result.spin, here.count, here.normals, active, Numbers(), lifts / h, grounds, ball)
                 x = x + h * (rubbed.v - along)
                 result.v = result.v + (rubbed.v - along)
                 result.spin = rubbed.spin
@@ -292,7 +293,7 @@ def supported(gravity_kinds, surface_kinds):
         h = moment.dt - moment.t
         grounds = grounds_of(here, m.x, ball, moment.dt)
         # Landing: remove what is left of the approach; its impulses allow friction.
-        landed = _settle(m.v, m.spin, here, active, here.speeds, Numbers(), grounds, ball)
+        landed = _settle(m.v, m.spin, here.count, here.normals, active, here.speeds, Numbers(), grounds, ball)
         m.v = landed.v
         m.spin = landed.spin
         result = m
@@ -317,7 +318,7 @@ def supported(gravity_kinds, surface_kinds):
         holds = held_on(here, slid, ball)
         if there.least < -touching(x, ball.radius, ball.grain):
             x = push(x, ball, surfaces, moment, h)
-            there = contacts_of(x, ball.radius, horizon, ball.grain, surfaces, moment, h)
+            there = contacts_of(x, ball.radius, horizon, ball.grain, surfaces, moment, h, there)
             slid.x = x
             slid.there = there
             holds = held_on(here, slid, ball)
@@ -327,7 +328,7 @@ def supported(gravity_kinds, surface_kinds):
         end.spin = slid.spin
         if wp.length(holds) > wp.float64(0.0):
             grounds = grounds_of(there, x, ball, moment.dt)
-            end = _settle(end.v, end.spin, there, holds, there.speeds, Numbers(), grounds, ball)
+            end = _settle(end.v, end.spin, there.count, there.normals, holds, there.speeds, Numbers(), grounds, ball)
         result.x = x
         result.v = end.v
         result.a = a

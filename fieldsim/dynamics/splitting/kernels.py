@@ -47,7 +47,7 @@ def splitting_kernel(kinds_used, gradients: bool, lanes: int):
 
 
 @wp.struct
-class Passage:
+class NearStep:
     """A particle after a step near a surface: x, v and acceleration a there.
 
     hits: in it; resting: 1 if no further step will change anything. room: the distance that it may travel before it
@@ -63,11 +63,11 @@ class Passage:
 
 
 @functools.cache
-def passage_of(gravity_kinds, surface_kinds):
+def near_step_of(gravity_kinds, surface_kinds):
     """Warp function: one step of one particle that may come near a surface, taken as leapfrog steps cut at contacts.
 
-    Of (index, x, v, a, how far a free step may take it, whether its contacts are known, step, dt, method, gravity at
-    the stages of the leapfrog steps, surfaces, balls, motions) -> Passage; motions (N,): what is kept between steps.
+    Of (index, x, v, a, how far a free step may take it, step, dt, method, gravity at the stages of the leapfrog steps,
+    surfaces, balls, motions) -> NearStep; motions (N,): what is kept between steps.
     """
     field = field_at(gravity_kinds)
     near = contact_step(gravity_kinds, surface_kinds)
@@ -76,13 +76,12 @@ def passage_of(gravity_kinds, surface_kinds):
     still = wp.constant(wp.int32(0 if gravity_kinds[1] or surface_kinds[1] else 1))
 
     @wp.func(inline=False)
-    def passage(
+    def near_step(
         i: int,
         x: wp.vec3d,
         v: wp.vec3d,
         a: wp.vec3d,
         travel: wp.float64,
-        known: wp.int32,
         step: int,
         dt: wp.float64,
         method: Method,
@@ -91,7 +90,7 @@ def passage_of(gravity_kinds, surface_kinds):
         balls: ContactParticles,
         motions: wp.array(dtype=Motion),
     ):
-        result = Passage()
+        result = NearStep()
         result.room = wp.float64(-1.0)
         ball = contact_particle(balls, i)
         parts = method.evaluations
@@ -100,7 +99,6 @@ def passage_of(gravity_kinds, surface_kinds):
         if result.room >= wp.float64(0.0):
             return result
         m = motions[i]
-        m.known = m.known * known
         m.x = x
         m.v = v
         m.a = a
@@ -126,7 +124,7 @@ def passage_of(gravity_kinds, surface_kinds):
         result.a = m.a
         return result
 
-    return passage
+    return near_step
 
 
 @functools.cache
@@ -141,7 +139,7 @@ def contact_kernel(gravity_kinds, surface_kinds, gradients: bool, lanes: int):
     advance, group = advance_of(gravity_kinds, gradients, lanes, measured=True), group_in(lanes)
     load, store = load_of(lanes), store_of(lanes)
     replaced, placed = replaced_of(lanes), placed_of(lanes)
-    passage = passage_of(gravity_kinds, surface_kinds)
+    near_step = near_step_of(gravity_kinds, surface_kinds)
     sweep = sweep_at(surface_kinds)
     ground_still = wp.constant(wp.int32(0 if surface_kinds[1] else 1))
 
@@ -168,6 +166,7 @@ def contact_kernel(gravity_kinds, surface_kinds, gradients: bool, lanes: int):
         left = count
         for k in range(count):
             rooms[k] = wp.float64(-1.0)
+            near[k] = motions[first + k].known
             if balls.laws[first + k] == NOTHING:
                 rooms[k] = wp.float64(wp.inf)
             status = balls.states[first + k]
@@ -189,23 +188,26 @@ def contact_kernel(gravity_kinds, surface_kinds, gradients: bool, lanes: int):
                     q = replaced(q, k, p)
                     continue
                 travel = travels[k] + swept
+                passed = NearStep()
                 rooms[k] = rooms[k] - travel
                 if rooms[k] < wp.float64(0.0):
-                    passed = passage(
-                        i, column(p, X, k), column(p, V, k), column(p, A, k), travel, near[k],
+                    passed = near_step(
+                        i, column(p, X, k), column(p, V, k), column(p, A, k), travel,
                         step, dt, method, gravity_near, surfaces, balls, motions,
                     )  # fmt: skip
                     rooms[k] = passed.room
-                    near[k] = wp.int32(0)
-                    if passed.room < wp.float64(0.0):
-                        near[k] = wp.int32(1)
-                        balls.bounces[i] = balls.bounces[i] + passed.hits
-                        done[k] = passed.resting
-                        q = placed(q, k, passed.x, passed.v, passed.a)
+                    balls.bounces[i] = balls.bounces[i] + passed.hits
+                    done[k] = passed.resting
+                if rooms[k] < wp.float64(0.0):
+                    near[k] = wp.int32(1)
+                    q = placed(q, k, passed.x, passed.v, passed.a)
                 else:
-                    near[k] = wp.int32(0)
-                if near[k] == 0:
                     balls.states[i] = MOVING
+                    if near[k] == 1:
+                        near[k] = wp.int32(0)
+                        m = motions[i]
+                        m.known = wp.int32(0)
+                        motions[i] = m
                 x = column(q, X, k)
                 if done[k] == 0 and wp.dot(x, x) > balls.escape2:
                     balls.states[i] = ESCAPED

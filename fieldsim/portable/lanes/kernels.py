@@ -10,14 +10,13 @@ source.
 """
 
 import functools
-import itertools
-import linecache
 import pathlib
 import re
 
 import warp as wp
 
 from fieldsim.errors import PortableError
+from fieldsim.portable.lanes.defining import PRAGMAS, defined
 from fieldsim.portable.lanes.source import lanes_of, width_of
 
 # Vectors that an item of a launch works through.
@@ -34,7 +33,6 @@ INPUTS = {
     "int": (lambda scalar: wp.int32, ("int",)),
 }
 _VARYING = ("points", "reals", "integers")
-_numbers = itertools.count()
 
 
 def items_of(count: int, scalar) -> int:
@@ -68,12 +66,7 @@ def {stem}_items(item: int, {listed}): ...
 def {stem}(start: int, {listed}):
     {stem}_items(start + wp.tid(), {", ".join(arguments)})
 """
-    scope = {"wp": wp, "body": _body(lanes, inputs, outputs), "__name__": __name__, **types}
-    # Warp reads a kernel's source, which it finds as it does that of a file.
-    file = f"<{stem} {next(_numbers)}>"
-    linecache.cache[file] = len(text), None, text.splitlines(keepends=True), file
-    exec(compile(text, file, "exec"), scope)
-    return scope[stem]
+    return defined(stem, text, {"body": _body(lanes, inputs, outputs), **types})
 
 
 def _held(scalar, count):
@@ -116,10 +109,7 @@ def _body(lanes, inputs, outputs):
     length = f"in_{next(k for k, kind in enumerate(inputs) if kind in _VARYING)}.shape[0]"
     return "\n".join(
         [
-            # What is fused, and which warnings are worth a word, is no matter of the compiler's flags: all kernels
-            # share one precompiled header.
-            "#pragma clang fp contract(fast)",
-            '#pragma clang diagnostic ignored "-Weverything"',
+            PRAGMAS,
             lanes.code,
             _moves(lanes.width),
             f"for (int vector = 0; vector < {VECTORS}; ++vector) {{",

@@ -1,0 +1,118 @@
+"""Warp functions for CPUs that run a portable function in lanes, for one group of points.
+
+    pull = group_function(field_sum, wp.float64, ("rows 3", "table", "indices", "int", "int"), (1, 2, 3), width)
+
+is a Warp function (points (3, width), rows, kinds, first, count) -> (3, width): one column for each point.
+"""
+
+import functools
+import hashlib
+import re
+
+import warp as wp
+
+from fieldsim.errors import PortableError
+from fieldsim.portable.lanes.defining import PRAGMAS, defined
+from fieldsim.portable.lanes.kernels import INPUTS
+from fieldsim.portable.lanes.source import lanes_of
+
+
+def _rows_of(kind):
+    """How many rows a matrix of an input has; 0 for what is no matrix."""
+    return int(kind.split()[1]) if kind.startswith("rows") else 0
+
+
+def _types_of(inputs, scalar, width):
+    return {
+        f"type_{k}": wp.types.matrix((_rows_of(kind), width), scalar) if _rows_of(kind) else INPUTS[kind][0](scalar)
+        for k, kind in enumerate(inputs)
+    }
+
+
+def _lanes_of(portable, scalar, inputs, width):
+    """The function's C++, with the matrices' arguments one for each point and the others the same for all."""
+    code = portable.function.__code__
+    varying = [bool(_rows_of(kind)) for kind in inputs for _ in range(_rows_of(kind) or 1)]
+    if len(varying) != code.co_argcount:
+        raise PortableError(f"{portable.__qualname__} has {code.co_argcount} arguments; inputs gives {len(varying)}")
+    uniform = tuple(name for name, varies in zip(code.co_varnames, varying, strict=False) if not varies)
+    return lanes_of(portable, scalar is wp.float32, uniform, width)
+
+
+@functools.cache
+def lanes_function(portable, scalar, inputs: tuple[str, ...], outputs: tuple[int, ...], width: int):
+    """The Warp function (*inputs) of a group of points that returns results, a matrix (outputs, width), row by row.
+
+    inputs: "rows N" for a matrix (N, width), which stands for N reals of the function, else one of `kernels.INPUTS`
+    that is the same for all points. outputs: which results of the portable function. width: points of a group; two
+    vectors' worth keep a processor busy where one would wait for itself.
+    """
+    lanes, types = _lanes_of(portable, scalar, inputs, width), _types_of(inputs, scalar, width)
+    held = wp.types.matrix((len(outputs), width), scalar)
+    body = _body(lanes, inputs, outputs, held)
+    name = f"lanes_{lanes.entry}_{hashlib.sha256(body.encode()).hexdigest()[:12]}"
+    listed = ", ".join(f"in_{k}: type_{k}" for k in range(len(inputs)))
+    text = f"@wp.func_native(body)\ndef {name}({listed}) -> held: ...\n"
+    return defined(name, text, {"body": body, "held": held, **types})
+
+
+def _inlined(code):
+    """C++ whose functions become part of those that call them: what these leave unused vanishes."""
+    return re.sub(r"(?m)^static (?!constexpr)", "static __attribute__((always_inline)) ", code)
+
+
+def _body(lanes, inputs, outputs, held):
+    """The C++ of the function."""
+    loads, arguments = [], []
+    for k, kind in enumerate(inputs):
+        if rows := _rows_of(kind):
+            for row in range(rows):
+                name = f"in_{k}_{row}"
+                loads.append(f"lanes::Real {name}; __builtin_memcpy(&{name}, in_{k}.data[{row}], sizeof {name});")
+                arguments.append(name)
+        elif kind == "table":
+            arguments.append(f"lanes::Table{{in_{k}.data, (int)(in_{k}.strides[0] / sizeof(lanes::scalar))}}")
+        else:
+            arguments.append(f"lanes::Indices{{in_{k}.data}}" if kind == "indices" else f"in_{k}")
+    if lanes.masked:
+        arguments.append("lanes::Mask(-1)")
+    stores = []
+    for row, place in enumerate(outputs):
+        value = "result" if len(lanes.results) == 1 else f"result.r{place}"
+        stores.append(f"const lanes::Real out_{row} = lanes::Real({value});")
+        stores.append(f"__builtin_memcpy(held.data[{row}], &out_{row}, sizeof out_{row});")
+    rows, width = held._shape_
+    return "\n".join(
+        [
+            PRAGMAS,
+            _inlined(lanes.code),
+            *loads,
+            f"const auto result = lanes::{lanes.entry}({', '.join(arguments)});",
+            f"wp::mat_t<{rows}, {width}, lanes::scalar> held;",
+            *stores,
+            "return held;",
+        ]
+    )
+
+
+@functools.cache
+def group_function(portable, scalar, inputs: tuple[str, ...], outputs: tuple[int, ...], width: int):
+    """`lanes_function` for groups of any width: one point's is the function's Warp twin, which is what GPUs run."""
+    if width > 1:
+        return lanes_function(portable, scalar, inputs, outputs, width)
+    twin = portable.warp(scalar)
+    types = _types_of(inputs, scalar, 1)
+    held = wp.types.matrix((len(outputs), 1), scalar)
+    given = [
+        ", ".join(f"in_{k}[{row}, 0]" for row in range(_rows_of(kind))) if _rows_of(kind) else f"in_{k}"
+        for k, kind in enumerate(inputs)
+    ]
+    results = len(_lanes_of(portable, scalar, inputs, 1).results)
+    listed = ", ".join(f"in_{k}: type_{k}" for k in range(len(inputs)))
+    kept = "".join(f"    held[{row}, 0] = r_{place}\n" for row, place in enumerate(outputs))
+    text = (
+        f"@wp.func\ndef one_lane({listed}):\n"
+        f"    {', '.join(f'r_{k}' for k in range(results))} = twin({', '.join(given)})\n"
+        f"    held = held_type()\n{kept}    return held\n"
+    )
+    return defined("one_lane", text, {"twin": twin, "held_type": held, **types})

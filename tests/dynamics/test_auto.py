@@ -70,7 +70,7 @@ def test_a_passage_of_bodies_that_move_in_a_way_of_their_own_is_foreseen():
 def test_what_pulls_each_other_keeps_the_tolerance(free, tolerance):
     simulation = fs.Simulation(pair(0.5, free), fs.Auto(tolerance))
     assert simulation.choice.error <= tolerance
-    assert not any(simulation.integrator.gradients)
+    assert not (free and any(simulation.integrator.gradients))
     assert drift(simulation, 20.0) < 4.0 * tolerance
     if not free:
         simulation.advance(10 * 2 * math.pi)
@@ -130,7 +130,7 @@ def test_candidates_that_cannot_move_a_world_are_refused_in_words():
     world = fs.World()
     world.add_particles([(1, 0, 0), (-1, 0, 0)], [(0, 0.5, 0), (0, -0.5, 0)], gravity=fs.Newtonian())
     with pytest.raises(fs.InputError, match=r"no candidate can move this world: particles of set 0 pull each other"):
-        fs.Simulation(world, fs.Auto(candidates=(fs.Radau, fs.Chin4)))
+        fs.Simulation(world, fs.Auto(candidates=(fs.Radau,)))
 
 
 def test_samples_lose_nothing():

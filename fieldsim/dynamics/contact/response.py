@@ -195,12 +195,12 @@ def contact_step(gravity_kinds, surface_kinds):
                 m.here = there
                 m.t = dt
                 break
-            meeting = meeting_of(m, here, ball, dt)
-            touches = meeting.which >= 0
-            many_hits = hits >= MOST_HITS and hops_no_more(m, meeting, ball, still)
+            met = meeting_of(m, here, ball, dt)
+            touches = met.which >= 0
+            many_hits = hits >= MOST_HITS and hops_no_more(m, met, ball, still)
             before = m.v
             if touches and ball.law == ABSORB:
-                if meeting.leaving <= wp.float64(0.0):
+                if met.leaving <= wp.float64(0.0):
                     m.state = ABSORBED
                     m.v = absorbed(m, here, ball, dt)
                     log_event(balls, ball.index, time + m.t, TAKEN, here.points[here.which], m.v - before)
@@ -209,25 +209,23 @@ def contact_step(gravity_kinds, surface_kinds):
                     m.here = here
                     m.known = wp.int32(1)
                     continue
-            elif touches and meeting.hits and not many_hits:
+            elif touches and met.hits and not many_hits:
                 grounds = grounds_of(here, m.x, ball, dt)
-                end = _settle(
-                    m.v, m.spin, here.count, here.normals, meeting.active, meeting.targets, Numbers(), grounds, ball
-                )
+                end = _settle(m.v, m.spin, here.count, here.normals, met.active, met.targets, Numbers(), grounds, ball)
                 m.v = end.v
                 m.spin = end.spin
-                log_event(balls, ball.index, time + m.t, HIT, here.points[meeting.which], m.v - before)
-                meeting = meeting_of(m, here, ball, dt)
+                log_event(balls, ball.index, time + m.t, HIT, here.points[met.which], m.v - before)
+                met = meeting_of(m, here, ball, dt)
                 hit = wp.int32(1)
             hits += hit
             hit = wp.int32(0)
-            if ball.law != ABSORB and touches and (meeting.rests or many_hits):
+            if ball.law != ABSORB and touches and (met.rests or many_hits):
                 if m.state != RESTING:
                     m.state = RESTING
-                    fall = wp.max(-meeting.leaving, wp.float64(0.0))
-                    normal = here.normals[meeting.which]
-                    log_event(balls, ball.index, time + m.t, LAND, here.points[meeting.which], fall * normal)
-                m = support(m, here, meeting.active, ball, gravity, surfaces, moment, horizon)
+                    fall = wp.max(-met.leaving, wp.float64(0.0))
+                    normal = here.normals[met.which]
+                    log_event(balls, ball.index, time + m.t, LAND, here.points[met.which], fall * normal)
+                m = support(m, here, met.active, ball, gravity, surfaces, moment, horizon)
                 m.known = wp.int32(1)
             else:
                 m.state = MOVING

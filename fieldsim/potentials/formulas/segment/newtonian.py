@@ -19,8 +19,9 @@ def newtonian_segment(lo: real, rho2: real, length: real, softening: real, fold:
     zero = real(0.0)
     if r_lo == zero:
         return real(math.inf), zero, zero, zero, zero, zero
-    i_lo = real(1.0) / r_lo
-    i_hi = real(1.0) / r_hi
+    both = real(1.0) / (r_lo * r_hi)
+    i_lo = r_hi * both
+    i_hi = r_lo * both
     along = -(length * i_lo) * ((lo + hi) * i_hi) / (r_lo + r_hi)
     squares = i_lo * i_lo + i_lo * i_hi + i_hi * i_hi
     along_along = -(lo * along) * squares - length * i_hi * i_hi * i_hi
@@ -30,14 +31,21 @@ def newtonian_segment(lo: real, rho2: real, length: real, softening: real, fold:
     beyond_hi = r_hi + hi
     common = beyond_lo * beyond_hi
     excess = d2 * (beyond_lo + beyond_hi) + (lo + abs(lo)) * common
+    # Beside the segment, and beyond its end, where differences would cancel. Divided once, not in both branches: lanes
+    # go through both.
+    turn = hi * i_hi - lo * i_lo
+    under = d2
+    share = rho2 * (real(1.0) - (lo * i_lo) * (hi * i_hi))
+    of = d2
     if lo > zero:
-        across = (length * i_lo) * ((lo + hi) * i_hi) / (hi * r_lo + lo * r_hi)
-        rest = (rho2 * i_lo * i_hi) * (d2 + lo * lo + hi * hi) / (r_lo * r_hi + lo * hi)
-    else:
-        if d2 == zero:  # of d2, where no potential is needed
-            return real(math.inf), along, zero, along_along, zero, zero
-        across = (hi * i_hi - lo * i_lo) / d2
-        rest = (rho2 / d2) * (real(1.0) - (lo * i_lo) * (hi * i_hi))
+        turn = (length * i_lo) * ((lo + hi) * i_hi)
+        under = hi * r_lo + lo * r_hi
+        share = (rho2 * i_lo * i_hi) * (d2 + lo * lo + hi * hi)
+        of = r_lo * r_hi + lo * hi
+    if under == zero:  # of d2, where no potential is needed
+        return real(math.inf), along, zero, along_along, zero, zero
+    across = turn / under
+    rest = share / of
     ends = rho2 * i_lo * i_lo + rho2 * i_hi * i_hi
     return (
         log1p(real(2.0) * length * common / excess),

@@ -204,6 +204,9 @@ assert abs(value - field.value(points)).max() <= 1e-6 * value.max()
   without an error. Below 2000 elements of one kernel and width, all is exact.
 - *what*: points, segments, tapered segments, arcs and circles. Planes, triangles, faces of solids and profiled
   primitives are summed exactly; `fast.summed_exactly` counts them, and a warning says when they are most.
+- *single points* of elements that stand still, as in a callback: `local_field(elements, low, high, tolerance)` in
+  `fieldsim/potentials/fast_summation/local_field.py` prepares tables for a box, from which a portable function reads
+  value and gradient in a sixth of the time of 1000 segments.
 - *cost*: `python -m benchmarks many --full` gives this machine's seconds.
 """
 

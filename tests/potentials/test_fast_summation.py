@@ -186,7 +186,7 @@ def test_errors_fall_with_the_tolerance():
 
 def test_errors_that_are_seen_are_mended(monkeypatch):
     """Where the first try is too coarse for what is seen at a few points, a finer one follows."""
-    monkeypatch.setattr(summation, "_translations", worse(summation._translations))
+    monkeypatch.setattr(summation, "translations_of", worse(summation.translations_of))
     held(*uniform(np.random.default_rng(6), fs.Newtonian()), 1e-4)
 
 

@@ -46,11 +46,13 @@ class Interactions:
     near: list[Near]
 
 
-def interactions(sources: Octree, targets: Octree, reach: float = np.inf, few: int = FEW_IN_A_LEVEL) -> Interactions:
+def interactions(
+    sources: Octree, targets: Octree, reach: float = np.inf, few: int = FEW_IN_A_LEVEL, small: int = FEW
+) -> Interactions:
     """The interactions of two trees with one root.
 
     reach: beyond, nothing acts; where finite, no expansion is used. few: so many evaluations of pieces at points are
-    exact where all translations of a level do no more.
+    exact where all translations of a level do no more; small: so many between two cells.
     """
     far, near = [], []
     pairs = np.zeros((2, 1), dtype=np.int64)
@@ -66,7 +68,7 @@ def interactions(sources: Octree, targets: Octree, reach: float = np.inf, few: i
         else:
             apart = np.abs(offset).max(axis=1) > 1
         cost = source.count[a] * target.count[b]
-        exact = (cost <= FEW) | inside | ~apart & (source.leaves[a] | target.leaves[b])
+        exact = (cost <= small) | inside | ~apart & (source.leaves[a] | target.leaves[b])
         distant = apart & ~exact
         if cost[distant].sum() <= few:
             exact, distant = exact | distant, np.zeros_like(distant)

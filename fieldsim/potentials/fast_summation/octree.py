@@ -118,6 +118,14 @@ def doublings(root: Cube, low: np.ndarray, high: np.ndarray) -> list[int]:
     return octants[::-1]
 
 
+def doubled(root: Cube, low: np.ndarray, high: np.ndarray) -> Cube:
+    """The root of `Octree.below`, as it holds a box."""
+    corner, width = root.low, root.width
+    for octant in reversed(doublings(root, low, high)):
+        corner, width = corner - bits(np.array(octant)) * width, 2.0 * width
+    return Cube(corner, width)
+
+
 def built(
     root: Cube,
     count: int,

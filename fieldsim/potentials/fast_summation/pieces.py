@@ -5,7 +5,7 @@ import numpy as np
 from fieldsim.numerics.quadrature import gauss_legendre
 from fieldsim.potentials import registry
 from fieldsim.potentials.elements import Elements
-from fieldsim.potentials.fast_summation.octree import Octree, built, enclosing
+from fieldsim.potentials.fast_summation.octree import Cube, Octree, built, doubled, enclosing
 from fieldsim.potentials.row import ANGLE, LENGTH, RADIUS, STRENGTH
 
 # What sticks out of a cell by less than this share of a piece is not cut off.
@@ -19,10 +19,12 @@ MOST_NODES = 40
 class Pieces:
     """Elements of one kernel, points and curves, cut at the cells of an octree with at most `most` pieces in a leaf.
 
+    within: a cell that the octree's root is, doubled until it holds all elements.
+
     rows (N, ROW_WIDTH), kinds (N,): the pieces as elements, in the tree's order.
     """
 
-    def __init__(self, elements: Elements, most: int):
+    def __init__(self, elements: Elements, most: int, within: Cube | None = None):
         self._rows, self._parts = elements.rows, registry.parts_of(elements.kinds)
         count = len(elements)
         self._element: np.ndarray = np.arange(count)
@@ -31,7 +33,8 @@ class Pieces:
         self._limit = SHARE * count + SOME
         boxes = [formula.primitive.row_box(self._rows[which]) for formula, which in self._parts]
         low, high = (np.concatenate(side) for side in zip(*boxes, strict=True))
-        root = enclosing(low.min(axis=0), high.max(axis=0))
+        low, high = low.min(axis=0), high.max(axis=0)
+        root = enclosing(low, high) if within is None else doubled(within, low, high)
         self.tree: Octree = built(root, count, self._middles, most, cut=self._cut)
         self.rows, self.kinds = self._packed(elements.kinds)
 

@@ -3,6 +3,7 @@
 import dataclasses
 import functools
 import math
+from collections.abc import Callable
 
 import numpy as np
 import warp as wp
@@ -19,7 +20,7 @@ from fieldsim.potentials.fast_summation.interactions import (
 )
 from fieldsim.potentials.fast_summation.laws import law_values
 from fieldsim.potentials.fast_summation.near import SHAPES, near_sums
-from fieldsim.potentials.fast_summation.octree import Octree, built, doublings
+from fieldsim.potentials.fast_summation.octree import Cube, Octree, built, doublings
 from fieldsim.potentials.fast_summation.pieces import Pieces
 from fieldsim.potentials.fast_summation.translations import RINGS, Scaled, Translations, translations
 from fieldsim.potentials.row import FOLD, KERNEL_WIDTH, STRENGTH
@@ -34,17 +35,17 @@ NOTHING = 1e-18
 # seen there, and by so many times the root of the errors' mean square: of 1e5 points, the worst has 7 to 9 times that.
 CHECKED, SAFETY, TAIL = 64, 3.0, 12.0
 # What is first tried, as a share of the tolerance.
-FIRST = 0.4
+FIRST = 0.12
 # If they are wrong by more than allowed, all is done again for this share of the tolerance; so often.
-TIGHTER, TRIALS = 0.3, 5
+TIGHTER, TRIALS = 0.3, 4
 
 
 class Group:
     """Elements of one kernel: their pieces, and what of the fast sum depends on them alone."""
 
-    def __init__(self, elements: Elements, kernel):
+    def __init__(self, elements: Elements, kernel, most: int | None = None, within: Cube | None = None):
         self.kernel, self.count = kernel, len(elements)
-        self.pieces = Pieces(elements, PIECES)
+        self.pieces = Pieces(elements, PIECES if most is None else most, within)
         self.kinds_used = tuple(np.unique(self.pieces.kinds).tolist())
         sums = np.concatenate([[0.0], np.cumsum(self.pieces.amounts())])
         # Of strengths without signs, by the cells of each level.
@@ -176,7 +177,7 @@ def fast_sum(group: Group, points, tolerance: float, order: int, *, proved=False
     sums, bounds, found = near, [], [0.0]
     for trial in range(TRIALS):
         tell("adding what is far")
-        moved = _translations(group, planned, FIRST * tolerance * TIGHTER**trial * scale)
+        moved = translations_of(group, planned, FIRST * tolerance * TIGHTER**trial * scale)
         bounds = _bounds(group, planned, moved)
         allowed = tolerance * scale
         if proved and bounds[0].max(initial=0.0) > allowed and trial + 1 < TRIALS:
@@ -217,7 +218,7 @@ def _estimated(results, truth):
     return float(max(SAFETY * sizes.max(), TAIL * np.sqrt((sizes**2).mean())))
 
 
-def _translations(group, planned, error) -> dict[int, list[Translations]]:
+def translations_of(group, planned, error) -> dict[int, list[Translations]]:
     """The translations of each level, by rings, that let no sum be wrong by more than about `error`."""
     far, levels = planned.acting.far, planned.sources.levels
     # The more cells, the more is won by a larger error; and of many pieces' errors, of both signs, little is left.
@@ -283,28 +284,37 @@ def _left_out(group):
 
 def _far(group, planned, moved, derivatives, tolerance):
     """What is far adds to value and derivatives at the points, in the targets' order."""
-    points = planned.points
+    points, root = planned.points, planned.sources.root
     found = [np.zeros((len(points), *shape)) for shape in SHAPES[: derivatives + 1]]
+    for number, leaf, local in local_expansions(group, planned, moved, tolerance):
+        level = planned.targets.levels[number]
+        middles = root.centers(level.coordinates[leaf], number)
+        own = level.first[leaf], level.count[leaf]
+        passes.add_at_points(found, local, points, middles, 0.5 * root.width * 0.5**number, *own, local.shape[1])
+    return found
+
+
+def local_expansions(group: Group, planned: Plan, moved, tolerance: float):
+    """Yield, by levels of the targets: (level, cells without children (C,), their local expansions (C, p, p, p)).
+
+    moved: the translations of each level, see `translations_of`; of levels without an expansion there is nothing.
+    """
     if not moved:
-        return found
+        return
     degree = max(one.order for rings in moved.values() for one in rings)
     moments = _doubled(group.moments(degree, math.log(10.0 / tolerance)), planned, degree)
     root, local = planned.sources.root, None
     for number, level in enumerate(planned.targets.levels):
-        half = 0.5 * root.width * 0.5**number
         if local is not None:
             local = passes.lowered(local, level, degree)
         if number in moved:
             local = np.zeros((len(level), degree, degree, degree)) if local is None else local
-            unit = Scaled(group.kernel, half).unit
+            unit = Scaled(group.kernel, 0.5 * root.width * 0.5**number).unit
             for one in moved[number]:
                 _add_translated(local, unit, moments[number], planned, number, one)
         if local is not None:
             leaf = np.flatnonzero(level.leaves)
-            middles = root.centers(level.coordinates[leaf], number)
-            own = level.first[leaf], level.count[leaf]
-            passes.add_at_points(found, local[leaf], points, middles, half, *own, degree)
-    return found
+            yield number, leaf, local[leaf]
 
 
 def _doubled(moments, planned, order):
@@ -330,11 +340,11 @@ def _add_translated(local, unit, moments, planned, number, one):
     local[:, :own, :own, :own] += found.reshape(len(local), own, own, own)
 
 
-def groups_of(elements: Elements, least: int) -> tuple[list[Group], np.ndarray]:
+def groups_of(elements: Elements, least: int, make: Callable = Group) -> tuple[list[Group], np.ndarray]:
     """Groups of at least so many elements of one kernel, and which elements are in none, as a mask (N,).
 
     Those are planes, profiled primitives, triangles and faces, and elements of kernels that neither end nor fall as a
-    power or a Gaussian. What has no strength is left out.
+    power or a Gaussian. What has no strength is left out. make(elements, kernel): the group.
     """
     groups, alone = [], elements.rows[:, STRENGTH] != 0.0
     kernels: dict[type, list[np.ndarray]] = {}
@@ -351,5 +361,5 @@ def groups_of(elements: Elements, least: int) -> tuple[list[Group], np.ndarray]:
             some = own[law.ravel() == number]
             alone[some] = False
             part = Elements(elements.rows[some], elements.kinds[some], elements.order[some])
-            groups.append(Group(part, kernel(float(laws[number, 0]))))
+            groups.append(make(part, kernel(float(laws[number, 0]))))
     return groups, alone

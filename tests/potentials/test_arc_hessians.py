@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import targets
 
-from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Newtonian
+from fieldsim.potentials.kernels import Cauchy, Gaussian, InverseSquare, Metaball, Newtonian
 from fieldsim.potentials.primitives.arc import Arc
 from fieldsim.potentials.primitives.circle import Circle
 
@@ -276,3 +276,21 @@ def test_gaussian_arcs_whose_ends_are_alike_on_the_far_side(angle, a):
     assert 1e-38 < exact[0] < 1e-35
     # Of the force's and of its slope's scale: the pulls of the two ends cancel in part.
     assert (norms(error)[0] <= 1e-13 * got[0, 0] * (2 * a**2 * (1 + rho)) ** np.arange(3)).all()
+
+
+@pytest.mark.parametrize("angle", [0.1, 1.8e-3, 1e-5, 1e-7])
+@pytest.mark.parametrize("width", [6.6, 8.657, 30.0])
+def test_short_metaball_arcs_on_the_far_side_keep_their_digits(angle, width):
+    """Their circles lie within the support, or within its inner ball: no end of a piece is an end of the kernel."""
+    arc = Arc((0.1, -0.2, 0.3), (0.2688, -0.655, -0.7061), (-0.798, -0.5619, 0.2174), 1.0, angle)
+    start, normal = np.array(arc.start), np.array(arc.normal)
+    across, rng = np.cross(normal, start), np.random.default_rng(8)
+    points = []
+    for _ in range(6):
+        turn, rho = math.pi + angle * rng.uniform(), rng.uniform(0.3, 3.0)
+        offset = rho * (math.cos(turn) * start + math.sin(turn) * across) + rng.uniform(-0.5, 0.5) * normal
+        points.append(np.array(arc.center) + offset)
+    kernel = Metaball(width)
+    got = evaluate([arc] * len(points), [kernel] * len(points), points)
+    exact = np.array([jet_oracle.jet(kernel, arc, x) for x in points], dtype=float)
+    assert (norms(got - exact)[:, :2] <= 1e-13 * norms(exact)[:, :2]).all()

@@ -269,7 +269,14 @@ def metaball_arc(
         start, piece, sign = _piece(k, low, width, before, beyond, side)
         # The pieces' cuts are offsets from the start, so that parts of the shortest arcs add up.
         inside = min(max(v_in - start, real(0.0)), piece)
-        rest = min(max(v_out - start, real(0.0)), piece) - inside
+        within = min(max(v_out - start, real(0.0)), piece)
+        # Where all of the circle is within, so is the piece: its end on the far side is pi / 2 to rounding alone, which
+        # short arcs would lose.
+        if v_in >= real(HALF_PI):
+            inside = piece
+        if v_out >= real(HALF_PI):
+            within = piece
+        rest = within - inside
         if inside > real(0.0):
             squares, products = _ball(start, inside)
             ball += inside

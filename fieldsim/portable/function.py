@@ -45,6 +45,7 @@ class Portable:
         self.bindings = dict(bindings or {})
         self._twins: dict[tuple, Any] = {}
         self._maker = None
+        self._is_checked = False
         functools.update_wrapper(self, function)
 
     def __call__(self, *args):
@@ -90,8 +91,19 @@ class Portable:
 
     def checked(self) -> "Portable":
         """Itself; raises PortableError where it breaks a rule."""
-        rules.check(self.function, self._globals(), lambda value: isinstance(value, Portable), MARKS)
+        if not self._is_checked:
+            rules.check(self.function, self._globals(), lambda value: isinstance(value, Portable), MARKS)
+            self._is_checked = True
         return self
+
+    @functools.cached_property
+    def key(self) -> tuple:
+        """What tells the function with its bindings from others; equal for two that mean the same."""
+        bound = [
+            (name, value.key if isinstance(value, Portable) else (type(value), value))
+            for name, value in sorted(self.bindings.items())
+        ]
+        return self.function, tuple(bound)
 
     @functools.cached_property
     def _python(self):

@@ -41,7 +41,7 @@ def _home_of(name: str, body: list[ast.stmt]) -> list[ast.stmt]:
     """The smallest block in which a local name is always assigned before it is read; else the whole body."""
     block = body
     while True:
-        users = [s for s in block if name in names_in([s])]
+        users = [s for s in block if name in _names(s)]
         if len(users) != 1 or name in names_in(head_of(users[0])):
             return block
         inner = [part for part in blocks_of(users[0]) if name in names_in(part)]
@@ -50,13 +50,10 @@ def _home_of(name: str, body: list[ast.stmt]) -> list[ast.stmt]:
         block = inner[0]
 
 
-def begins_with_assignment(name: str, block: list[ast.stmt]) -> ast.stmt | None:
-    """The statement of a block that declares a name by assigning it; None where a branch or a loop is first."""
-    for statement in block:
-        if name in names_in([statement]):
-            plain = isinstance(statement, ast.Assign) and name not in names_in([statement.value])
-            return statement if plain else None
-    return None
+def _begins_with_assignment(name, block):
+    """Whether a statement of a block declares a name by assigning it, before a branch or a loop has it."""
+    first = next(statement for statement in block if name in _names(statement))
+    return isinstance(first, ast.Assign) and name not in _names(first.value)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -64,13 +61,14 @@ class Scopes:
     """What a function's tree says of its names and loops.
 
     read: the names that are read; counters: those that are only counters of loops, assigned nowhere else and read only
-    within them; homes: by the identity of a block, the names that are declared in it; loop_of: the loop that a break or
+    within them; homes: by the identity of a block, the names that are declared in it, and whether ahead of
+    all else; loop_of: the loop that a break or
     a continue belongs to.
     """
 
     read: frozenset[str]
     counters: frozenset[str]
-    homes: dict[int, set[str]]
+    homes: dict[int, dict[str, bool]]
     loop_of: dict[ast.stmt, ast.stmt]
 
 
@@ -83,9 +81,10 @@ def scopes_of(tree: ast.FunctionDef) -> Scopes:
     assigned = {n.id for n in names if isinstance(n.ctx, ast.Store)} - {a.arg for a in tree.args.args}
     loops = [node for node in walked if isinstance(node, ast.For | ast.While)]
     counters = {name for name in assigned if _is_counter(name, names, loops)}
-    homes: dict[int, set[str]] = {}
-    for name in assigned - counters:
-        homes.setdefault(id(_home_of(name, tree.body)), set()).add(name)
+    homes: dict[int, dict[str, bool]] = {}
+    for name in sorted(assigned - counters):
+        home = _home_of(name, tree.body)
+        homes.setdefault(id(home), {})[name] = not _begins_with_assignment(name, home)
     # Loops within loops come later, and have the last word.
     loop_of: dict[ast.stmt, ast.stmt] = {
         n: loop for loop in loops for n in ast.walk(loop) if isinstance(n, ast.Break | ast.Continue)

@@ -24,7 +24,7 @@ class Statements(Loops):
     wanted: tuple[bool, ...]
     count: int
     read: frozenset[str]
-    homes: dict[int, set[str]]
+    homes: dict[int, dict[str, bool]]
 
     def call_for_many(self, node: ast.expr, wanted: tuple[bool, ...]) -> list[Value | None]:
         """The values of a call of a portable function that returns several; None for what is not wanted."""
@@ -32,8 +32,8 @@ class Statements(Loops):
 
     def block(self, statements):
         """Emit a block; whether lanes of its level may have left it on the way."""
-        for name in sorted(self.homes.get(id(statements), ())):
-            if scopes.begins_with_assignment(name, statements) is None:
+        for name, ahead in self.homes.get(id(statements), {}).items():
+            if ahead:
                 self._declare(name)
         return self._run(statements)
 

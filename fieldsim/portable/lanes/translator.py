@@ -41,7 +41,7 @@ class Translator:
 
     def version(self, portable, arguments: tuple[Type, ...], wanted: tuple[bool, ...]) -> Version:
         """The function for the given types of arguments, returning what is wanted."""
-        key = key_of(portable), arguments, wanted
+        key = portable.key, arguments, wanted
         if key not in self._versions:
             self._versions[key] = None
             self._versions[key] = Function(self, portable, arguments, wanted).translated()
@@ -79,14 +79,6 @@ def needed(entry: Version) -> list[Version]:
     return list(found.values())
 
 
-def key_of(portable):
-    """What tells a portable function with its bindings from others."""
-    bound = []
-    for name, value in sorted(portable.bindings.items()):
-        bound.append((name, key_of(value) if hasattr(value, "bindings") else (type(value), value)))
-    return portable.function, tuple(bound)
-
-
 def _calls_itself(portable):
     return PortableError(f"portable function {portable.__module__}.{portable.__qualname__} calls itself; write a loop")
 
@@ -94,7 +86,7 @@ def _calls_itself(portable):
 def result_count(portable) -> int:
     """How many values a portable function returns."""
     try:
-        return _result_count(key_of(portable), portable)
+        return _result_count(portable.key, portable)
     except RecursionError:
         raise _calls_itself(portable) from None
 

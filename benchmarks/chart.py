@@ -198,16 +198,19 @@ assert abs(value - field.value(points)).max() <= 1e-6 * value.max()
   `fast(proved=True)` keeps bounds below the tolerance that hold for any elements and points: the errors of the kernel
   itself between cells, which are measured when these are prepared, times what lies in the cells.
   `fast.error_bounds(points)` gives them in any case; errors are a hundredth of them or so.
-- *when*: sums that exact evaluation takes about as long for are exact, to the bit: up to 4e7 pairs of an element and a
-  point under bare 1/r and 1/r^2, 3e8 under other powers (Cauchy, softened), for which translations have to be prepared
-  in every size of cell, and 5e6 under kernels that end or are Gaussian, for which only what is within reach is summed,
+- *when*: sums that exact evaluation takes about as long for are exact, to the bit: up to 2e8 pairs of an element and a
+  point under bare 1/r and 1/r^2, 2e9 under other powers (Cauchy, softened), for which translations have to be prepared
+  in every size of cell, and 1e7 under kernels that end or are Gaussian, for which only what is within reach is summed,
   without an error. Below 2000 elements of one kernel and width, all is exact.
 - *what*: points, segments, tapered segments, arcs and circles. Planes, triangles, faces of solids and profiled
   primitives are summed exactly; `fast.summed_exactly` counts them, and a warning says when they are most.
 - *single points* of elements that stand still, as in a callback: `local_field(elements, low, high, tolerance)` in
   `fieldsim/potentials/fast_summation/local_field.py` prepares tables for a box, from which a portable function reads
   value and gradient in a sixth of the time of 1000 segments.
-- *cost*: `python -m benchmarks many --full` gives this machine's seconds.
+- *cost*: `python -m benchmarks many --full` gives this machine's seconds. Value and gradient of 1e5 segments at 1e5
+  points, to 1e-9, one core of a busy machine: under 1/r 11 s at first and 8 in later calls, beside 145 s of the exact
+  sum in lanes (and 700 without lanes); under Cauchy(20) 39 s at first, most of it for translations, and 12 later,
+  beside 107 s (700).
 """
 
 ACCURACY = """

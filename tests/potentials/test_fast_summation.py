@@ -19,6 +19,7 @@ def _small_sums_are_fast_ones(monkeypatch):
     monkeypatch.setattr(summation, "FEW_AT_ALL", 0)
     monkeypatch.setattr(summation, "FEW_IN_A_LEVEL", 0)
     monkeypatch.setattr(summation, "PIECES", 16)
+    monkeypatch.setattr(summation, "PIECES_OF_A_SIZE", 16)
 
 
 def _elements(primitive, kernel, strengths):

@@ -15,7 +15,7 @@ from fieldsim.potentials.fast_summation.octree import Octree
 FEW = 64
 # So many take no longer than it takes to make the translations of a level, and those of all levels of a kernel that is
 # the same in any size.
-FEW_IN_A_LEVEL, FEW_AT_ALL = 50_000_000, 10_000_000
+FEW_IN_A_LEVEL, FEW_AT_ALL = 200_000_000, 30_000_000
 
 
 @dataclasses.dataclass(frozen=True)

@@ -25,8 +25,9 @@ from fieldsim.potentials.fast_summation.pieces import Pieces
 from fieldsim.potentials.fast_summation.translations import RINGS, Scaled, Translations, translations
 from fieldsim.potentials.row import FOLD, KERNEL_WIDTH, STRENGTH
 
-# Most pieces in a cell that is not divided further, and most points.
-PIECES, POINTS = 64, 16
+# Most pieces in a cell that is not divided further, under a kernel that is the same in any size, and under others, for
+# which every level of cells has translations of its own; and most points.
+PIECES, PIECES_OF_A_SIZE, POINTS = 64, 512, 16
 # Errors are rounded down to a third or a tenth of one, so that other points need no other translations.
 STEPS = 2
 # Gaussians end where they have fallen to this share of their height.
@@ -35,7 +36,7 @@ NOTHING = 1e-18
 # seen there, and by so many times the root of the errors' mean square: of 1e5 points, the worst has 7 to 9 times that.
 CHECKED, SAFETY, TAIL = 64, 3.0, 12.0
 # What is first tried, as a share of the tolerance.
-FIRST = 0.12
+FIRST = 0.04
 # If they are wrong by more than allowed, all is done again for this share of the tolerance; so often.
 TIGHTER, TRIALS = 0.3, 4
 
@@ -45,7 +46,8 @@ class Group:
 
     def __init__(self, elements: Elements, kernel, most: int | None = None, within: Cube | None = None):
         self.kernel, self.count = kernel, len(elements)
-        self.pieces = Pieces(elements, PIECES if most is None else most, within)
+        few = self.sizeless or not kernel.power
+        self.pieces = Pieces(elements, most or (PIECES if few else PIECES_OF_A_SIZE), within)
         self.kinds_used = tuple(np.unique(self.pieces.kinds).tolist())
         sums = np.concatenate([[0.0], np.cumsum(self.pieces.amounts())])
         # Of strengths without signs, by the cells of each level.
@@ -73,8 +75,8 @@ class Group:
     def measured(self) -> int:
         """So many evaluations of an element at a point take about as long as a fast sum does at least."""
         if not self.kernel.power:
-            return 5_000_000
-        return 40_000_000 if self.sizeless else 300_000_000
+            return 10_000_000
+        return 200_000_000 if self.sizeless else 2_000_000_000
 
     @property
     def reach(self) -> float:

@@ -62,6 +62,8 @@ class Group:
     @functools.cached_property
     def unsigned_tables(self):
         """The same with strengths without signs."""
+        if (self.pieces.rows[:, STRENGTH] >= 0.0).all():
+            return self.tables
         rows = self.pieces.rows.copy()
         rows[:, STRENGTH] = np.abs(rows[:, STRENGTH])
         return _tables(rows, self.pieces.kinds)
@@ -114,8 +116,8 @@ class Group:
 
 
 def _tables(rows, kinds):
-    given = wp.from_numpy(np.ascontiguousarray(rows), dtype=wp.float64, device="cpu")
-    return given, wp.from_numpy(kinds.astype(np.int32), dtype=wp.int32, device="cpu")
+    given = wp.array(np.ascontiguousarray(rows), dtype=wp.float64, device="cpu", copy=False)
+    return given, wp.array(kinds.astype(np.int32), dtype=wp.int32, device="cpu")
 
 
 @dataclasses.dataclass(frozen=True)

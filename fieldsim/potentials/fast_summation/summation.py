@@ -35,6 +35,8 @@ NOTHING = 1e-18
 # Sums are compared with exact ones at so many points. At others they may be wrong by so many times the largest error
 # seen there, and by so many times the root of the errors' mean square: of 1e5 points, the worst has 7 to 9 times that.
 CHECKED, SAFETY, TAIL = 64, 3.0, 12.0
+# What rounding is, as a share of what is far; how much steeper each derivative of expansions may be, per half width.
+ROUNDING, STEEP = 2e-15, 200.0
 # What is first tried, as a share of the tolerance.
 FIRST = 0.04
 # If they are wrong by more than allowed, all is done again for this share of the tolerance; so often.
@@ -178,19 +180,24 @@ def fast_sum(group: Group, points, tolerance: float, order: int, *, proved=False
     tell("adding what is near")
     lists = near_lists(planned.sources, planned.targets, planned.acting.near)
     near = near_sums(planned.points, *lists, group.tables, group.kinds_used, order, threads)
-    sums, bounds, found = near, [], [0.0]
+    allowed = tolerance * scale
     for trial in range(TRIALS):
         tell("adding what is far")
         moved = translations_of(group, planned, FIRST * tolerance * TIGHTER**trial * scale)
         bounds = _bounds(group, planned, moved)
-        allowed = tolerance * scale
-        if proved and bounds[0].max(initial=0.0) > allowed and trial + 1 < TRIALS:
+        if proved and bounds[0].max(initial=0.0) > allowed:
             continue
         far = _far(group, planned, moved, order, tolerance)
         sums = [one + other for one, other in zip(near, far, strict=True)]
         found = [_estimated(one[looked_at], other) for one, other in zip(sums, truth, strict=True)]
         if found[0] <= allowed:
             break
+    else:
+        # No translations are fine enough: all is exact.
+        tell("adding everything exactly")
+        everything = np.zeros(len(points), dtype=np.int32), np.array([0, 1]), np.array([[0, len(group.pieces)]])
+        sums = near_sums(planned.points, *everything, group.tables, group.kinds_used, order, threads)
+        bounds, found = [np.zeros(len(points))] * 3, [0.0] * (order + 1)
     return Sum([_unsorted(planned, one) for one in sums], [_unsorted(planned, one) for one in bounds], found, scale)
 
 
@@ -250,9 +257,10 @@ def _made(scaled, ring, steps):
 
 def _bounds(group, planned, moved) -> list[np.ndarray]:
     """How wrong value, gradient and Hessian may be at each point, in the targets' order, (N,) each."""
-    bounds = [np.zeros((3, 1))]
+    # Of each cell: the three bounds without rounding, and the size of what is far, which rounding is a share of.
+    bounds = [np.zeros((4, 1))]
     for number, level in enumerate(planned.targets.levels):
-        total = bounds[-1][:, level.parent] if number else np.zeros((3, len(level)))
+        total = bounds[-1][:, level.parent] if number else np.zeros((4, len(level)))
         if number in moved:
             half = 0.5 * planned.sources.root.width * 0.5**number
             far = planned.acting.far[number]
@@ -262,16 +270,19 @@ def _bounds(group, planned, moved) -> list[np.ndarray]:
                     table[(slice(None), *offset)] = errors
             offsets = -np.sort(-np.abs(far.offset), axis=1)
             amounts = planned.amounts[number][far.source] * Scaled(group.kernel, half).unit
+            total[3] += np.bincount(far.target, weights=amounts, minlength=len(level))
             for k in range(3):
                 weights = table[k, offsets[:, 0], offsets[:, 1], offsets[:, 2]] * amounts / half**k
                 total[k] += np.bincount(far.target, weights=weights, minlength=len(level))
         bounds.append(total)
     found = np.empty((3, len(planned.points)))
-    for level, total in zip(planned.targets.levels, bounds[1:], strict=True):
+    for number, (level, total) in enumerate(zip(planned.targets.levels, bounds[1:], strict=True)):
+        steep = STEEP / (0.5 * planned.sources.root.width * 0.5**number)
+        total[:3] += ROUNDING * total[3] * np.array([[1.0], [steep], [steep**2]])
         leaf = np.flatnonzero(level.leaves)
         count = level.count[leaf]
         items = np.repeat(level.first[leaf] - np.cumsum(count) + count, count) + np.arange(count.sum())
-        found[:, items] = np.repeat(total[:, leaf], count, axis=1)
+        found[:, items] = np.repeat(total[:3, leaf], count, axis=1)
     return list(found + _left_out(group))
 
 

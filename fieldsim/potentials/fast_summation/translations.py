@@ -25,7 +25,7 @@ from fieldsim.potentials.kernels import PowerLaw
 # Degrees are tried up to this one.
 MOST_ORDER = 24
 # What is measured at points of the cells may be larger between them.
-SAFETY = 2.0
+SAFETY = 3.0
 # Singular values are cut at this share of the allowed error, times the number of nodes.
 CUT = 0.3
 # The order is such that the error at the worst places is so many times the allowed one: hardly anything lies there.
@@ -254,9 +254,11 @@ def _measured(made, scaled):
     for t in RINGS[made.ring]:
         away = (places[:, None] + 2.0 * np.array(t) - places[None]).reshape(-1, 3)
         value, gradient, hessian = scaled.jets(away)
-        before, after = (np.concatenate(side[t], axis=1) for side in (made.before, made.after))
-        right = before.T @ own.T
-        missed = [(part @ after @ right).ravel() for part in (own, *derivatives)]
+        # As it is summed: the smaller part in float32.
+        right = [before.T @ own.T.astype(before.dtype) for before in made.before[t]]
+        parts = [after @ one for after, one in zip(made.after[t], right, strict=True)]
+        both = parts[0] + parts[1]
+        missed = [(part @ both).ravel() for part in (own, *derivatives)]
         slopes = np.stack(missed[1:4], axis=1) - gradient
         bends = np.stack(missed[4:], axis=1) - np.stack([hessian[:, i, j] for i, j in _PAIRS], axis=1)
         weights = np.array([1.0 if i == j else 2.0 for i, j in _PAIRS])

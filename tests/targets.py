@@ -1,15 +1,19 @@
 """Every compiled target of the formulas, evaluating element i at point i; each is compiled once, when first asked."""
 
+import ctypes
 import functools
 
 import numba
 import numpy as np
 import warp as wp
+from numba import types
 
 from fieldsim import launch
+from fieldsim.native.functions import native_function
 from fieldsim.portable.lanes.kernels import items_of, lanes_kernel
 from fieldsim.potentials import registry
 from fieldsim.potentials.elements import pack
+from fieldsim.potentials.row import ROW_WIDTH
 
 
 def evaluate(target, elements, points):
@@ -46,8 +50,7 @@ def hessians(out):
 def _jets_of_formula(target, kind, rows, points):
     out = np.full((len(points), 10), np.nan)
     if target == "numba":
-        _numba(kind)(points, rows, out)
-        return out
+        return jets_by_numba(_jet(kind), points, rows)
     scalar = wp.float32 if target.endswith("32") else wp.float64
     if target.startswith("lanes"):
         return _jets_in_lanes(kind, scalar, rows, points)
@@ -82,16 +85,39 @@ def _jet(kind):
     return registry.formulas_of([kind])[kind].jet
 
 
+def jets_by_numba(jet, points, rows):
+    """Jets (N, 10) by a formula's numba twin, of row i, or of the only one, at points (N, 3)."""
+    points, rows = (np.ascontiguousarray(a, dtype=float) for a in (points, rows))
+    out = np.full((len(points), 10), np.nan)
+    _numba(jet)(points.ctypes.data, len(points), rows.ctypes.data, len(rows), out.ctypes.data)
+    return out
+
+
 @functools.cache
-def _numba(kind):
-    jet = _jet(kind).numba
+def _numba(jet):
+    """The C function, kept on disk: numba takes seconds for a formula, in each process."""
 
-    @numba.njit(error_model="numpy")
-    def one_each(points, rows, out):
-        for i in range(len(points)):
-            out[i] = jet(points[i, 0], points[i, 1], points[i, 2], rows, i)
+    def make():
+        twin = jet.numba
 
-    return one_each
+        def one_each(points_at, count, rows_at, row_count, out_at):
+            points = numba.carray(points_at, (count, 3))
+            rows = numba.carray(rows_at, (row_count, ROW_WIDTH))
+            out = numba.carray(out_at, (count, 10))
+            for i in range(count):
+                terms = twin(points[i, 0], points[i, 1], points[i, 2], rows, min(i, row_count - 1))
+                for k, term in enumerate(terms):
+                    out[i, k] = term
+
+        return one_each
+
+    reals = types.CPointer(types.float64)
+    signature = types.void(reals, types.intp, reals, types.intp, reals)
+    module = jet.bindings.get("kernel", jet).__module__.replace("fieldsim.potentials.formulas.", "")
+    name = f"jet_{module}_{jet.__qualname__}".replace(".", "_")
+    made = native_function(name, make, signature, folders=(), portables=[jet], takes=(ROW_WIDTH,))
+    kinds = (ctypes.c_void_p, ctypes.c_ssize_t, ctypes.c_void_p, ctypes.c_ssize_t, ctypes.c_void_p)
+    return ctypes.CFUNCTYPE(None, *kinds)(made.address)
 
 
 @functools.cache

@@ -4,7 +4,6 @@ import functools
 import math
 
 import mpmath as mp
-import numba
 import numpy as np
 import pytest
 import targets
@@ -54,26 +53,11 @@ def evaluate(target, kernel, primitive, points):
     out = np.full((len(points), 10), np.nan)
     pair = type(kernel), type(primitive)
     if target == "numba":
-        _numba(pair)(points, row, out)
-        return out
+        return targets.jets_by_numba(registry.FORMULAS[pair].jet, points, row)
     scalar = wp.float64 if target == "warp64" else wp.float32
     arrays = [wp.array(a, dtype=scalar, device="cpu") for a in (points, row, out)]
     launch.launch(_warp(pair, scalar), len(points), arrays[:2], arrays[2:], device="cpu")
     return arrays[2].numpy().astype(float)
-
-
-@functools.cache
-def _numba(pair):
-    element = registry.FORMULAS[pair].jet.numba
-
-    @numba.njit(error_model="numpy")
-    def each(points, rows, out):
-        for i in range(len(points)):
-            jet = element(points[i, 0], points[i, 1], points[i, 2], rows, 0)
-            for k, term in enumerate(jet):
-                out[i, k] = term
-
-    return each
 
 
 @functools.cache

@@ -32,6 +32,7 @@ CALLS = {
     "Field.__mul__": call(lambda: field_of().__mul__, factor=2.0),
     "Field.__sub__": call(lambda: field_of().__sub__, other=field_of()),
     "Field.at": call(lambda: field_of().at, time=0.0),
+    "Field.fast": call(lambda: field_of().fast, tolerance=1e-6, proved=False, threads=1),
     "Field.gradient": call(lambda: field_of().gradient, points=Or(POINTS, UP)),
     "Field.hessian": call(lambda: field_of().hessian, points=Or(POINTS, UP)),
     "Field.mesh": call(lambda: field_of().mesh, level=1.0, resolution=4, tolerance=0.1),

@@ -1,7 +1,7 @@
 """Portable statements in C++ over lanes: if-conversion, as in ISPC (Pharr & Mark 2012).
 
 A condition that differs between lanes becomes a mask. A branch runs where any lane needs it, and assignments within it
-blend; a loop goes on until no lane is left in it; `break`, `continue` and `return` take lanes out of the masks around
+blend; a loop goes on until no lane is left in it; break, continue and `return` take lanes out of the masks around
 them. Conditions that all lanes share stay plain, and so do names that hold the same in all lanes.
 
 A *level* is a mask: `live` for the function's lanes, and one for each branch or loop that only some of these take.

@@ -6,7 +6,9 @@ import numpy as np
 import warp as wp
 
 from fieldsim.dynamics.integrators.propagator import StepTables
-from fieldsim.dynamics.splitting.substeps import DRIFT, GRADIENT, KICK, OPENING, SUBSTEP
+from fieldsim.dynamics.splitting.substeps import DRIFT, GRADIENT, KICK, OPENING, SUBSTEP, substep
+
+_substep = substep.warp(wp.float64)
 
 
 @wp.struct
@@ -60,9 +62,10 @@ class SubStep:
 def substep_of(method: Method, j: int):
     """The part of a step from stage j to stage j + 1."""
     part = SubStep()
-    part.opening = method.dt * method.table[j, OPENING]
-    part.drift = method.dt * method.table[j, DRIFT]
-    part.kick = method.dt * method.table[j, KICK]
-    part.factor = method.dt * (method.dt * (method.dt * method.table[j, GRADIENT]))
+    opening, drift, kick, factor = _substep(method.table, j, method.dt)
+    part.opening = opening
+    part.drift = drift
+    part.kick = kick
+    part.factor = factor
     part.evaluating = part.kick != wp.float64(0.0) or part.factor != wp.float64(0.0)
     return part

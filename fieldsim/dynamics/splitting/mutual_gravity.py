@@ -290,16 +290,21 @@ class MutualGravity(Uncopied):
 
     def _pull_at(self, x) -> Pull:
         """What pulls, with the particles at x (N,)."""
-        index = np.full(len(self.strengths), -1)
-        index[self._sources] = np.arange(len(self))
         rows = np.zeros((len(self), SOURCE.width))
         rows[:, PLACE] = x.numpy()[self._sources]
         rows[:, PULL] = self.strengths[self._sources]
         rows[:, WIDTH] = self._kernel.width if self._kernel else 0.0
         pull = Pull()
         pull.rows = wp.array(rows, dtype=wp.float64, device=self.device)
-        pull.index = wp.array(index, dtype=wp.int32, device=self.device)
+        pull.index = self._index
         return pull
+
+    @functools.cached_property
+    def _index(self):
+        """Which row of a `Pull` is each particle's, or -1, (N,)."""
+        index = np.full(len(self.strengths), -1)
+        index[self._sources] = np.arange(len(self))
+        return wp.array(index, dtype=wp.int32, device=self.device)
 
     def leap(self, state: State, steps: int, dt: float, splitting, gravity: Stages, kinds_used) -> None:
         """Take all particles through `steps` steps; gravity: the bodies' tables at the stages of all of them."""

@@ -21,7 +21,7 @@ def advance_of(kinds_used, gradients: bool, lanes: int, measured: bool = False):
     measured: the result has one row more than a group, how far each particle has come at most (see `group_in`).
     """
     Group = group_of(lanes)
-    portable, outputs = substeps_of(kinds_used, gradients, measured), tuple(range(ROWS + measured))
+    portable, outputs = substeps_of(kinds_used, gradients), tuple(range(ROWS + measured))
     substeps = group_function(portable, wp.float64, _INPUTS, outputs, lanes)
 
     @wp.func

@@ -20,12 +20,11 @@ DRIFT = SUBSTEP.number("DRIFT", "drift")
 KICK = SUBSTEP.number("KICK", "kick by the new acceleration")
 GRADIENT = SUBSTEP.number("GRADIENT", "factor of the force gradient")
 
-# Whether the path is measured, 1 or 0.
-MEASURED = hole()
 fixed = hole("x, y, z, rows, kinds, first, count")
 moving = hole("x, y, z, rows, kinds, first, count")
 fixed_jet = hole("x, y, z, rows, kinds, first, count")
 moving_jet = hole("x, y, z, rows, kinds, first, count")
+plain = hole("x, y, z, factor, rows, kinds, still, moving_rows, moving_kinds, first, count")
 pull = hole("x, y, z, factor, rows, kinds, still, moving_rows, moving_kinds, first, count")
 
 
@@ -64,10 +63,7 @@ def _pull_with_gradient(
     count: int,
 ):
     if factor == real(0.0):
-        _f, ax, ay, az = fixed(x, y, z, rows, kinds, 0, still)
-        _g, bx, by, bz = moving(x, y, z, moving_rows, moving_kinds, first, count)
-        zero = real(0.0)
-        return ax + bx, ay + by, az + bz, zero, zero, zero
+        return plain(x, y, z, factor, rows, kinds, still, moving_rows, moving_kinds, first, count)
     _f, ax, ay, az, axx, ayy, azz, axy, axz, ayz = fixed_jet(x, y, z, rows, kinds, 0, still)
     _g, bx, by, bz, bxx, byy, bzz, bxy, bxz, byz = moving_jet(x, y, z, moving_rows, moving_kinds, first, count)
     ax += bx
@@ -80,6 +76,13 @@ def _pull_with_gradient(
     gy = factor * (xy * ax + (ayy + byy) * ay + yz * az)
     gz = factor * (xz * ax + yz * ay + (azz + bzz) * az)
     return ax, ay, az, gx, gy, gz
+
+
+@portable
+def substep(method: Table, j: int, dt: real):
+    """What leads to stage j + 1, with the step put in: opening kick, drift, kick and factor of the force gradient."""
+    factor = dt * (dt * (dt * method[j, GRADIENT]))
+    return dt * method[j, OPENING], dt * method[j, DRIFT], dt * method[j, KICK], factor
 
 
 @portable
@@ -114,17 +117,14 @@ def _substeps(
 ):
     """Positions, velocities, their rests and accelerations after sub-steps begin to end - 1 of `steps` steps.
 
-    stage: at which they begin; still: how many elements stay; elements: how many move. The last result, if it is
-    measured, bounds how far from its start the path came: what the drifts add up to, and what the kicks may bend.
+    stage: at which they begin; still: how many elements stay; elements: how many move. The last result bounds how far
+    from its start the path came: what the drifts add up to, and what the kicks may bend. Who leaves it pays nothing.
     """
     travel = real(0.0)
     for _step in range(steps):
         for j in range(begin, end):
             stage += 1
-            opening = dt * method[j, OPENING]
-            drift = dt * method[j, DRIFT]
-            kick = dt * method[j, KICK]
-            factor = dt * (dt * (dt * method[j, GRADIENT]))
+            opening, drift, kick, factor = substep(method, j, dt)
             x0 = x
             y0 = y
             z0 = z
@@ -144,24 +144,21 @@ def _substeps(
                 u, u_rest = compensated(u, u_rest, kx + gx + kick * ax)
                 v, v_rest = compensated(v, v_rest, ky + gy + kick * ay)
                 w, w_rest = compensated(w, w_rest, kz + gz + kick * az)
-            if MEASURED == 1:
-                path = (x - x0) * (x - x0) + (y - y0) * (y - y0) + (z - z0) * (z - z0)
-                bend = (u - u0) * (u - u0) + (v - v0) * (v - v0) + (w - w0) * (w - w0)
-                travel += math.sqrt(path) + dt * math.sqrt(bend)
+            path = (x - x0) * (x - x0) + (y - y0) * (y - y0) + (z - z0) * (z - z0)
+            bend = (u - u0) * (u - u0) + (v - v0) * (v - v0) + (w - w0) * (w - w0)
+            travel += math.sqrt(path) + dt * math.sqrt(bend)
     return x, y, z, u, v, w, x_rest, y_rest, z_rest, u_rest, v_rest, w_rest, ax, ay, az, travel
 
 
 @functools.cache
-def substeps_of(kinds_used, gradients: bool, measured: bool) -> Portable:
+def substeps_of(kinds_used, gradients: bool) -> Portable:
     """The portable function for gravity of the given kinds, of what stays and of what moves.
 
-    gradients: whether the method has any; measured: whether the path is.
+    gradients: whether the method has any.
     """
     sums = [registry.field_sum(kinds) for kinds in kinds_used]
-    if not gradients:
-        acting = _plain_pull.bind(fixed=sums[0], moving=sums[1])
-    else:
+    acting = _plain_pull.bind(fixed=sums[0], moving=sums[1])
+    if gradients:
         jets = [registry.jet_sum(kinds) for kinds in kinds_used]
-        names = {"fixed": sums[0], "moving": sums[1], "fixed_jet": jets[0], "moving_jet": jets[1]}
-        acting = _pull_with_gradient.bind(**names)
-    return _substeps.bind(pull=acting, MEASURED=int(measured))
+        acting = _pull_with_gradient.bind(plain=acting, fixed_jet=jets[0], moving_jet=jets[1])
+    return _substeps.bind(pull=acting)

@@ -103,21 +103,31 @@ def vectors(native: bool):
     return dot, cross, between
 
 
-@functools.cache
 def into_group(native: bool):
     """Function (point, source, turns, group) -> the point in the frame of the group's rows."""
-    _, back = turns(native)
+    return _about_center(native, 1)
+
+
+def _out_of_group(native: bool):
+    """Function (point, source, turns, group): `into_group` back."""
+    return _about_center(native, 0)
+
+
+@functools.cache
+def _about_center(native: bool, which: int):
+    """Function (point, source, turns, group) -> the point turned about the group's centre; which: of `turns`."""
+    turn = turns(native)[which]
 
     @maker(native)
-    def local(p, source, turned, g):
+    def turned_point(p, source, turned, g):
         if not source.groups[g, SPINS]:
             return p
         motions = source.motions
         cx, cy, cz = motions[g, CENTER_X], motions[g, CENTER_X + 1], motions[g, CENTER_X + 2]
-        x, y, z = back(turned, g, (p[0] - cx, p[1] - cy, p[2] - cz))
+        x, y, z = turn(turned, g, (p[0] - cx, p[1] - cy, p[2] - cz))
         return x + cx, y + cy, z + cz
 
-    return local
+    return turned_point
 
 
 @functools.cache
@@ -226,23 +236,6 @@ def room_at(native: bool):
         return least
 
     return room
-
-
-@functools.cache
-def _out_of_group(native: bool):
-    """Function (point, source, turns, group): `into_group` back."""
-    turn, _ = turns(native)
-
-    @maker(native)
-    def world(q, source, turned, g):
-        if not source.groups[g, SPINS]:
-            return q
-        motions = source.motions
-        cx, cy, cz = motions[g, CENTER_X], motions[g, CENTER_X + 1], motions[g, CENTER_X + 2]
-        x, y, z = turn(turned, g, (q[0] - cx, q[1] - cy, q[2] - cz))
-        return x + cx, y + cy, z + cz
-
-    return world
 
 
 @functools.cache

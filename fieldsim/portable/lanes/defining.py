@@ -14,6 +14,26 @@ PRAGMAS = """#pragma clang fp contract(fast)
 _numbers = itertools.count()
 
 
+def shared_argument(kind: str, name: str) -> str:
+    """C++: an argument of Warp's that is the same in all lanes, a table, indices or a number, as lanes take it."""
+    if kind == "table":
+        return f"lanes::Table{{{name}.data, (int)({name}.strides[0] / sizeof(lanes::scalar))}}"
+    return f"lanes::Indices{{{name}.data}}" if kind == "indices" else name
+
+
+def called(lanes, arguments: list[str]) -> str:
+    """C++: `result`, what a function (`source.Lanes`) gives for all lanes of a vector."""
+    masked = [*arguments, "lanes::Mask(-1)"] if lanes.masked else arguments
+    return f"const auto result = lanes::{lanes.entry}({', '.join(masked)});"
+
+
+def result_at(lanes, place: int) -> str:
+    """C++: one of the results of `called`, a vector."""
+    value = "result" if len(lanes.results) == 1 else f"result.r{place}"
+    kind = lanes.results[place]
+    return value if kind and kind.varying else f"lanes::Real({value})"
+
+
 def defined(name: str, text: str, scope: dict):
     """What Python source `text` defines under a name, with `wp` and the names of `scope` at hand."""
     # Warp reads a function's source, which it finds as it does that of a file.

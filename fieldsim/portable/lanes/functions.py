@@ -7,14 +7,14 @@ is a Warp function (points (3, width), rows, kinds, first, count) -> (3, width):
 
 import functools
 import hashlib
-import re
 
 import warp as wp
 
 from fieldsim.errors import PortableError
-from fieldsim.portable.lanes.defining import PRAGMAS, defined
+from fieldsim.portable.lanes.defining import PRAGMAS, called, defined, result_at, shared_argument
 from fieldsim.portable.lanes.kernels import INPUTS
 from fieldsim.portable.lanes.source import lanes_of
+from fieldsim.portable.lanes.translator import result_count
 
 
 def _rows_of(kind):
@@ -29,14 +29,13 @@ def _types_of(inputs, scalar, width):
     }
 
 
-def _lanes_of(portable, scalar, inputs, width):
-    """The function's C++, with the matrices' arguments one for each point and the others the same for all."""
+def _shared(portable, inputs):
+    """The names of a function's arguments that are the same for all points: all but those of matrices."""
     code = portable.function.__code__
     varying = [bool(_rows_of(kind)) for kind in inputs for _ in range(_rows_of(kind) or 1)]
     if len(varying) != code.co_argcount:
         raise PortableError(f"{portable.__qualname__} has {code.co_argcount} arguments; inputs gives {len(varying)}")
-    uniform = tuple(name for name, varies in zip(code.co_varnames, varying, strict=False) if not varies)
-    return lanes_of(portable, scalar is wp.float32, uniform, width)
+    return tuple(name for name, varies in zip(code.co_varnames, varying, strict=False) if not varies)
 
 
 @functools.cache
@@ -47,18 +46,14 @@ def lanes_function(portable, scalar, inputs: tuple[str, ...], outputs: tuple[int
     that is the same for all points. outputs: which results of the portable function. width: points of a group; two
     vectors' worth keep a processor busy where one would wait for itself.
     """
-    lanes, types = _lanes_of(portable, scalar, inputs, width), _types_of(inputs, scalar, width)
+    single, shared = scalar is wp.float32, _shared(portable, inputs)
+    lanes, types = lanes_of(portable, single, shared, width, frozenset(outputs)), _types_of(inputs, scalar, width)
     held = wp.types.matrix((len(outputs), width), scalar)
     body = _body(lanes, inputs, outputs, held)
     name = f"lanes_{lanes.entry}_{hashlib.sha256(body.encode()).hexdigest()[:12]}"
     listed = ", ".join(f"in_{k}: type_{k}" for k in range(len(inputs)))
     text = f"@wp.func_native(body)\ndef {name}({listed}) -> held: ...\n"
     return defined(name, text, {"body": body, "held": held, **types})
-
-
-def _inlined(code):
-    """C++ whose functions become part of those that call them: what these leave unused vanishes."""
-    return re.sub(r"(?m)^static (?!constexpr)", "static __attribute__((always_inline)) ", code)
 
 
 def _body(lanes, inputs, outputs, held):
@@ -70,24 +65,19 @@ def _body(lanes, inputs, outputs, held):
                 name = f"in_{k}_{row}"
                 loads.append(f"lanes::Real {name}; __builtin_memcpy(&{name}, in_{k}.data[{row}], sizeof {name});")
                 arguments.append(name)
-        elif kind == "table":
-            arguments.append(f"lanes::Table{{in_{k}.data, (int)(in_{k}.strides[0] / sizeof(lanes::scalar))}}")
         else:
-            arguments.append(f"lanes::Indices{{in_{k}.data}}" if kind == "indices" else f"in_{k}")
-    if lanes.masked:
-        arguments.append("lanes::Mask(-1)")
+            arguments.append(shared_argument(kind, f"in_{k}"))
     stores = []
     for row, place in enumerate(outputs):
-        value = "result" if len(lanes.results) == 1 else f"result.r{place}"
-        stores.append(f"const lanes::Real out_{row} = lanes::Real({value});")
+        stores.append(f"const lanes::Real out_{row} = {result_at(lanes, place)};")
         stores.append(f"__builtin_memcpy(held.data[{row}], &out_{row}, sizeof out_{row});")
     rows, width = held._shape_
     return "\n".join(
         [
             PRAGMAS,
-            _inlined(lanes.code),
+            lanes.code,
             *loads,
-            f"const auto result = lanes::{lanes.entry}({', '.join(arguments)});",
+            called(lanes, arguments),
             f"wp::mat_t<{rows}, {width}, lanes::scalar> held;",
             *stores,
             "return held;",
@@ -100,6 +90,7 @@ def group_function(portable, scalar, inputs: tuple[str, ...], outputs: tuple[int
     """`lanes_function` for groups of any width: one point's is the function's Warp twin, which is what GPUs run."""
     if width > 1:
         return lanes_function(portable, scalar, inputs, outputs, width)
+    _shared(portable, inputs)  # which refuses what does not fit
     twin = portable.warp(scalar)
     types = _types_of(inputs, scalar, 1)
     held = wp.types.matrix((len(outputs), 1), scalar)
@@ -107,7 +98,7 @@ def group_function(portable, scalar, inputs: tuple[str, ...], outputs: tuple[int
         ", ".join(f"in_{k}[{row}, 0]" for row in range(_rows_of(kind))) if _rows_of(kind) else f"in_{k}"
         for k, kind in enumerate(inputs)
     ]
-    results = len(_lanes_of(portable, scalar, inputs, 1).results)
+    results = result_count(portable)
     listed = ", ".join(f"in_{k}: type_{k}" for k in range(len(inputs)))
     kept = "".join(f"    held[{row}, 0] = r_{place}\n" for row, place in enumerate(outputs))
     text = (

@@ -16,7 +16,7 @@ import re
 import warp as wp
 
 from fieldsim.errors import PortableError
-from fieldsim.portable.lanes.defining import PRAGMAS, defined
+from fieldsim.portable.lanes.defining import PRAGMAS, called, defined, result_at, shared_argument
 from fieldsim.portable.lanes.source import lanes_of, width_of
 
 # Vectors that an item of a launch works through.
@@ -99,12 +99,8 @@ def _body(lanes, inputs, outputs):
             arguments.append(f"{name}_v")
         elif kind == "by vector":
             arguments.append(f"{name}.data[first / {lanes.width}]")
-        elif kind == "table":
-            arguments.append(f"lanes::Table{{{name}.data, (int)({name}.strides[0] / sizeof(lanes::scalar))}}")
         else:
-            arguments.append(f"lanes::Indices{{{name}.data}}" if kind == "indices" else name)
-    if lanes.masked:
-        arguments.append("lanes::Mask(-1)")
+            arguments.append(shared_argument(kind, name))
     stores = [_store(lanes, f"out_{k}", places) for k, places in enumerate(outputs)]
     length = f"in_{next(k for k, kind in enumerate(inputs) if kind in _VARYING)}.shape[0]"
     return "\n".join(
@@ -117,7 +113,7 @@ def _body(lanes, inputs, outputs):
             f"if (first >= {length}) return;",
             f"const int left = {length} - first, count = left < {lanes.width} ? left : {lanes.width};",
             *loads,
-            f"const auto result = lanes::{lanes.entry}({', '.join(arguments)});",
+            called(lanes, arguments),
             *stores,
             "}",
         ]
@@ -126,11 +122,7 @@ def _body(lanes, inputs, outputs):
 
 def _store(lanes, name, places):
     """Results, written to an array."""
-    values = []
-    for place in places:
-        value = "result" if len(lanes.results) == 1 else f"result.r{place}"
-        kind = lanes.results[place]
-        values.append(value if kind and kind.varying else f"lanes::Real({value})")
+    values = [result_at(lanes, place) for place in places]
     if len(places) == 9:
         return f"{{ const lanes::Real parts[] = {{{', '.join(values)}}}; moves::store({name}, first, count, parts); }}"
     return f"moves::store({name}, first, count, {', '.join(values)});"

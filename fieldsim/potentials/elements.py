@@ -59,9 +59,9 @@ def pack(primitives, kernels, strengths, folds=None) -> Elements:
 
 
 def with_strengths(rows: np.ndarray, strengths: np.ndarray) -> np.ndarray:
-    """Rows (elements, ROW_WIDTH) with other strengths (..., elements): (..., elements, ROW_WIDTH)."""
-    rows = np.broadcast_to(rows, (*strengths.shape, ROW_WIDTH)).copy()
-    rows[..., STRENGTH] = strengths
+    """Rows (elements, ROW_WIDTH) with each of some strengths (N,), the same for all: (N, elements, ROW_WIDTH)."""
+    rows = np.broadcast_to(rows, (len(strengths), *rows.shape)).copy()
+    rows[..., STRENGTH] = strengths[:, None]
     _quiet(rows)
     return rows
 

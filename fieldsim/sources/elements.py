@@ -133,12 +133,11 @@ def _rows_of(index, body, shape, role, times, poses_of):
 
 def _shapes_of(body, shape, role, times):
     """Rows (stages, elements, ROW_WIDTH) of a deforming body in its own frame."""
-    field = body.gravity_field() if role == "gravity" else None
-    if field is None or field.packed or any(term.primitive.animated for term in field.terms):
+    if role != "gravity" or any(primitive.animated for primitive in body.skeleton):
         return np.stack([elements_of(body, role, time).rows for time in times])
-    # Only strengths change: what else stands in the rows is the same at all times.
-    strengths = np.array([[term.strength_at(time) for term in field.terms] for time in times])
-    return with_strengths(shape.rows, strengths[:, shape.order])
+    # The mass alone changes, which is spread evenly: all elements have one strength, and what else they are stays.
+    term = body.gravity_field().terms[0]
+    return with_strengths(shape.rows, np.array([term.strength_at(time) for time in times]))
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

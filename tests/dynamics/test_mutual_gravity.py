@@ -112,13 +112,14 @@ def test_threads_do_not_change_a_byte():
     assert ends[0] == ends[1]
 
 
-def test_a_few_are_moved_as_many_are(monkeypatch):
+@pytest.mark.parametrize("method", [fs.BlanesMoan6, fs.Omelyan4])
+def test_a_few_are_moved_as_many_are(monkeypatch, method):
     world = cluster()
     world.add_particles([(1, 2, 0)], [(0, 0.2, 0)])
     ends = []
     for few in (mutual_gravity.FEW_PAIRS, 0):
         monkeypatch.setattr(mutual_gravity, "FEW_PAIRS", few)
-        simulation = fs.Simulation(world, fs.BlanesMoan6(0.05))
+        simulation = fs.Simulation(world, method(0.05))
         simulation.advance(2.0)
         ends.append(np.concatenate(simulation.positions + simulation.velocities))
     np.testing.assert_allclose(*ends, rtol=0, atol=1e-13)

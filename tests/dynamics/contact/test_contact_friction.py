@@ -197,6 +197,27 @@ def test_contact_does_not_depend_on_threads_or_launches(monkeypatch):
         np.testing.assert_array_equal(one, other)
 
 
+def test_contact_goes_on_from_where_it_was_broken_off(monkeypatch):
+    whole, broken = (fs.Simulation(donut(friction=0.4), fs.Leapfrog(2e-3), threads=1) for _ in range(2))
+    launch = simulations.launch_groups
+
+    def interrupted(*args, **options):
+        launch(*args, **options)
+        raise KeyboardInterrupt
+
+    # While many slide: what is known of their contacts, too, is of the time before.
+    for simulation in (whole, broken):
+        simulation.advance(2.0)
+    with monkeypatch.context() as patch:
+        patch.setattr(simulations, "launch_groups", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            broken.advance(2.5)
+    for simulation in (whole, broken):
+        simulation.advance(3.0)
+    for one, other in zip(whole.positions + whole.velocities, broken.positions + broken.velocities, strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [

@@ -86,7 +86,7 @@ def _jet(kind):
 
 
 def jets_by_numba(jet, points, rows):
-    """Jets (N, 10) by a formula's numba twin, of row i, or of the only one, at points (N, 3)."""
+    """Jets (N, 10) by a formula's numba twin for native code, of row i, or of the only one, at points (N, 3)."""
     points, rows = (np.ascontiguousarray(a, dtype=float) for a in (points, rows))
     out = np.full((len(points), 10), np.nan)
     _numba(jet)(points.ctypes.data, len(points), rows.ctypes.data, len(rows), out.ctypes.data)
@@ -98,7 +98,7 @@ def _numba(jet):
     """The C function, kept on disk: numba takes seconds for a formula, in each process."""
 
     def make():
-        twin = jet.numba
+        twin = jet.native
 
         def one_each(points_at, count, rows_at, row_count, out_at):
             points = numba.carray(points_at, (count, 3))

@@ -24,6 +24,8 @@ from numba.core.dispatcher import _DispatcherBase, _FunctionCompiler
 from numba.core.registry import cpu_target
 from numba.core.runtime import rtsys
 
+from fieldsim.errors import FieldsimError
+
 # The name of the C function in every object.
 ENTRY = "fieldsim_entry"
 # What modules define for all the world, and may define twice.
@@ -122,6 +124,7 @@ def _apart() -> Generator[_Codegen]:
     template_of = _DispatcherBase.get_call_template
 
     def general(self, args, kws):
+        _refuse_pythons(self)
         return template_of(
             self, [types.unliteral(one) for one in args], {k: types.unliteral(v) for k, v in kws.items()}
         )
@@ -138,6 +141,16 @@ def _apart() -> Generator[_Codegen]:
             gc.enable()
 
 
+def _refuse_pythons(dispatcher):
+    """Raise FieldsimError for a function that Python may call: it would find no code, and end the process."""
+    module = dispatcher.py_func.__module__ or ""
+    if module.partition(".")[0] != "numba" and not dispatcher.targetoptions.get("no_cpython_wrapper"):
+        raise FieldsimError(
+            f"numba's function {module}.{dispatcher.py_func.__qualname__} is one that Python may call, and a native "
+            "function calls it; use a portable function's .native, or fieldsim.native.inner"
+        )
+
+
 class _Compiler(_FunctionCompiler):
     def _customize_flags(self, flags):
         flags.no_cpython_wrapper = flags.no_cfunc_wrapper = flags.no_compile = True
@@ -148,8 +161,8 @@ class _Compiler(_FunctionCompiler):
 def object_code(function: Callable, signature) -> tuple[bytes, list[str], list[str]]:
     """Object code with the C function ENTRY, which calls `function`; names that it needs, and of variables that it has.
 
-    signature: of numba's types, such as types.void(types.intp). Numba functions that it calls should be called by
-    nothing else: for Python they have no code.
+    signature: of numba's types, such as types.void(types.intp). Raises FieldsimError where it calls a numba function
+    that Python may call too: what is compiled here has no code for Python.
     """
     with global_compiler_lock, _apart() as codegen:
         options = {"error_model": "numpy"}

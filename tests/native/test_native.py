@@ -242,6 +242,15 @@ def test_it_works_beside_numba_itself(folder):
     assert numba.njit(lambda x, y: max(min(x, y), 1.5))(1, 2) == 1.5
 
 
+@pytest.mark.parametrize("called", [numba.njit(lambda x: 2.0 * x), scaled.numba], ids=["numba", "portable"])
+def test_functions_that_python_calls_are_refused(called, folder):
+    """They would have no code for it, and the call would end the process."""
+    with pytest.raises(FieldsimError, match=r"that Python may call, and a native function calls it; use .*\.native"):
+        native_function("doubled", lambda: lambda x: called(x), types.float64(types.float64), folders=())
+    assert called(2.0) == scaled(2.0) == 4.0
+    assert not list(folder.rglob("*doubled*"))
+
+
 def test_the_callback_is_compiled_by_one_process():
     """With a motion that only Python knows: native code finds this process's Python."""
     first, second = (

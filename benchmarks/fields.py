@@ -109,11 +109,11 @@ def in_turns(elements, points, scalar, turns: int = 20):
     results = [wp.empty(count, dtype=scalar, device="cpu"), wp.empty(count, dtype=vector, device="cpu")]
     wide, single = (
         field_kernels.in_lanes(1, elements.kinds_used, scalar),
-        field_kernels.KERNELS[1](elements.kinds_used, scalar),
+        field_kernels.in_threads(1, elements.kinds_used, scalar),
     )
     runs = (
         lambda: launch(wide, items_of(count, scalar), [*given, 0, 1], results, device="cpu", threads=1),
-        lambda: launch(single, count, given, results, device="cpu", threads=1),
+        lambda: launch(single, count, [*given, 0, 1], results, device="cpu", threads=1),
     )
     least = [np.inf, np.inf]
     for turn in range(turns + 1):

@@ -11,10 +11,9 @@ import warp as wp
 
 from fieldsim import launch, validate
 from fieldsim.errors import InputError, OperandError
-from fieldsim.portable.lanes.kernels import items_of
 from fieldsim.potentials import registry
 from fieldsim.potentials.elements import BARE, Elements, concatenate, pack
-from fieldsim.potentials.field_kernels import KERNELS, in_lanes
+from fieldsim.potentials.field_kernels import in_lanes, kernel_and_items, results_of
 from fieldsim.potentials.host_points import FARTHEST, host_points
 from fieldsim.potentials.kernels import Kernel
 from fieldsim.potentials.meshes.mesh import TriangleMesh
@@ -231,15 +230,10 @@ class Field:
                 "give one of vec3f or vec3d with shape (N,)"
             )
         scalar, device = points.dtype._wp_scalar_type_, points.device
-        dtypes = scalar, points.dtype, wp.types.matrix((3, 3), scalar)
-        results = tuple(wp.empty(len(points), dtype=dtype, device=device) for dtype in dtypes[: order + 1])
-        tables, kinds_used = self._tables(scalar, device), self.elements.kinds_used
-        if device.is_cpu:
-            kernel = in_lanes(order, kinds_used, scalar)
-            tables = *tables, 0, len(self.elements)
-            launch.launch(kernel, items_of(len(points), scalar), [points, *tables], results, device=device, grain=GRAIN)
-        else:
-            launch.launch(KERNELS[order](kinds_used, scalar), len(points), [points, *tables], results, device=device)
+        results = tuple(results_of(order, len(points), scalar, device))
+        kernel, items = kernel_and_items(order, self.elements.kinds_used, scalar, len(points), device)
+        given = points, *self._tables(scalar, device), 0, len(self.elements)
+        launch.launch(kernel, items, given, results, device=device, grain=GRAIN)
         return results
 
     def _one_point(self, order):

@@ -8,8 +8,7 @@ import warp as wp
 
 from fieldsim import launch
 from fieldsim.copies import ThreadLock
-
-SHAPES = (1,), (1, 3), (1, 3, 3)
+from fieldsim.potentials.field_kernels import host_results_of
 
 
 def place_of(point: Any, farthest: float) -> tuple[float, float, float] | None:
@@ -38,12 +37,7 @@ class OnePoint:
     def __init__(self, kernel, tables, order: int):
         self._lock = ThreadLock()
         self._place = np.empty((1, 3))
-        self._results = [np.empty(shape) for shape in SHAPES[: order + 1]]
-        dtypes = wp.float64, wp.vec3d, wp.mat33d
-        results = [
-            wp.array(result, dtype=dtype, device="cpu", copy=False)
-            for result, dtype in zip(self._results, dtypes, strict=False)
-        ]
+        self._results, results = host_results_of(order, 1)
         point = wp.array(self._place, dtype=wp.vec3d, device="cpu", copy=False)
         self._launch = launch.recorded(kernel, 1, [point, *tables], results, device="cpu")
 

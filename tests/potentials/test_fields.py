@@ -13,6 +13,7 @@ from fieldsim.errors import InputError
 from fieldsim.potentials import registry
 from fieldsim.potentials.elements import concatenate
 from fieldsim.potentials.field import Field
+from fieldsim.potentials.field_kernels import in_threads, kernel_and_items, results_of
 from fieldsim.potentials.gravity import gravity
 from fieldsim.potentials.row import ROW_WIDTH
 from fieldsim.world.body import Body
@@ -92,6 +93,25 @@ def test_many_points_are_the_same_points():
     # Enough for launches in slices on several threads.
     f = Field(BONE, Newtonian(0.2))
     np.testing.assert_array_equal(f.value(np.tile(POINTS, (100, 1))), np.tile(f.value(POINTS), 100))
+
+
+@pytest.mark.parametrize("order", [0, 1, 2])
+@pytest.mark.parametrize("scalar", [wp.float32, wp.float64], ids=["float32", "float64"])
+def test_threads_of_a_gpu_are_one_lane_of_the_same(order, scalar):
+    """On a CPU, one after another."""
+    elements, device = (Field(BONE, Newtonian(0.2)) + Field(BALL, Gaussian(0.9))).elements, wp.get_device("cpu")
+    tables = wp.array(elements.rows, dtype=scalar, device=device), wp.array(elements.kinds, dtype=wp.int32, device=device)
+    given = [wp.array(POINTS, dtype=wp.types.vector(3, scalar), device=device), *tables, 0, len(elements)]
+    found = []
+    for kernel, items in (
+        (in_threads(order, elements.kinds_used, scalar), len(POINTS)),
+        kernel_and_items(order, elements.kinds_used, scalar, len(POINTS), device),
+    ):
+        found.append(results_of(order, len(POINTS), scalar, device))
+        launch.launch(kernel, items, given, found[-1], device=device)
+    for alone, in_lanes in zip(*found, strict=True):
+        close = 1e-5 if scalar is wp.float32 else 1e-13
+        np.testing.assert_allclose(alone.numpy(), in_lanes.numpy(), rtol=close, atol=close)
 
 
 @pytest.mark.parametrize("device", ["cpu", "cuda"])

@@ -155,4 +155,4 @@ def test_formulas_are_registered_once():
 @pytest.mark.parametrize("scalar", [wp.float32, wp.float64], ids=["float32", "float64"])
 def test_all_formulas_compile_for_cuda_without_a_device(scalar, compiles_for_cuda):
     kinds = tuple(sorted(formula.kind for formula in registry.FORMULAS.values()))
-    compiles_for_cuda(field_kernels.KERNELS[2](kinds, scalar).module)
+    compiles_for_cuda(field_kernels.in_threads(2, kinds, scalar).module)

@@ -5,8 +5,7 @@
 
 An item of a launch is a group of points. Every point takes the same steps wherever in an array it stands, so that
 results do not depend on how a launch is cut; what the last vector lacks is filled up with its last point.
-On CUDA a point is a thread: there the function's Warp twin serves (`portable.warp`), which is one lane of the same
-source.
+On CUDA a point is a thread: there `one_lane_kernel` runs the function's Warp twin, one lane of the same source.
 """
 
 import functools
@@ -49,13 +48,10 @@ def lanes_kernel(portable, scalar, inputs: tuple[str, ...], outputs: tuple[tuple
     vector share; all others are the same for all points.
     outputs: for each array the results that it holds: one number, three (vectors), nine (matrices), each (N,).
     """
-    names = [f"in_{k}" for k in range(len(inputs))], [f"out_{k}" for k in range(len(outputs))]
     wanted = frozenset(place for places in outputs for place in places)
     lanes = lanes_of(portable, scalar is wp.float32, _uniform(portable, inputs), wanted=wanted)
-    types = {f"type_{name}": INPUTS[kind][0](scalar) for name, kind in zip(names[0], inputs, strict=True)}
-    types.update({f"type_{n}": wp.array(dtype=_held(scalar, len(o))) for n, o in zip(names[1], outputs, strict=True)})
-    arguments = [*names[0], *names[1]]
-    listed = ", ".join(f"{name}: type_{name}" for name in arguments)
+    types = array_types(scalar, inputs, outputs)
+    listed = ", ".join(f"{name}: type_{name}" for name in types)
     stem = re.sub(r"\W", "", f"lanes_{lanes.entry}")
     text = f"""
 @wp.func_native(body)
@@ -64,9 +60,17 @@ def {stem}_items(item: int, {listed}): ...
 
 @wp.kernel(module="unique", enable_backward=False)
 def {stem}(start: int, {listed}):
-    {stem}_items(start + wp.tid(), {", ".join(arguments)})
+    {stem}_items(start + wp.tid(), {", ".join(types)})
 """
-    return defined(stem, text, {"body": _body(lanes, inputs, outputs), **types})
+    scope = {f"type_{name}": kind for name, kind in types.items()}
+    return defined(stem, text, {"body": _body(lanes, inputs, outputs), **scope})
+
+
+def array_types(scalar, inputs: tuple[str, ...], outputs: tuple[tuple[int, ...], ...]) -> dict:
+    """Warp's types of a kernel's arguments by their names, in_0, in_1, ... and out_0, ... (see `lanes_kernel`)."""
+    types = {f"in_{k}": INPUTS[kind][0](scalar) for k, kind in enumerate(inputs)}
+    types.update({f"out_{k}": wp.array(dtype=_held(scalar, len(places))) for k, places in enumerate(outputs)})
+    return types
 
 
 def _held(scalar, count):

@@ -1,7 +1,8 @@
 """Elementary functions of lanes in C++: which there are, and the source of those that are used.
 
-`common.h` serves both precisions, `double.h` and `single.h` one each. Their paragraphs are functions; a source has the
-paragraphs that it needs, in their order. In single precision `double.h` serves too, its types called Wide.
+`common.h` serves both precisions, the files of `double/` and `single.h` one each. Their paragraphs are functions; a
+source has the paragraphs that it needs, in their order. In single precision `double/` serves too: its types are called
+Wide.
 """
 
 import functools
@@ -11,6 +12,9 @@ import re
 from fieldsim.portable.rules import MATH
 
 _FOLDER = pathlib.Path(__file__).parent
+# Each may use what stands in those before it.
+DOUBLE = "double/exponentials.h", "double/angles.h", "double/error_function.h"
+SINGLE = ("single.h",)
 _NAME = re.compile(r"\b[a-z_][a-z_0-9]*\b")
 _DEFINED = re.compile(r"^(?:__attribute__\(\(noinline\)\) )?static \w+ (\w+)\(", re.MULTILINE)
 _WIDE = {"Real": "Wide", "Int": "WideInt", "Mask": "WideMask"}
@@ -37,19 +41,19 @@ static Wide copysign(Wide x, Wide y) {{ return __builtin_elementwise_copysign(x,
 
 
 @functools.cache
-def _paragraphs(file):
+def _paragraphs(files):
     """(names that it defines, text) of each paragraph with functions."""
-    parts = (_FOLDER / file).read_text().split("\n\n")
+    parts = [part for file in files for part in (_FOLDER / file).read_text().split("\n\n")]
     return [(frozenset(_DEFINED.findall(part)), part.strip()) for part in parts if _DEFINED.search(part)]
 
 
-def _defined(file):
-    return frozenset().union(*(names for names, _ in _paragraphs(file)))
+def _defined(files):
+    return frozenset().union(*(names for names, _ in _paragraphs(files)))
 
 
 COMMON = frozenset(_DEFINED.findall((_FOLDER / "common.h").read_text()))
 # All names that translated functions must not take.
-NAMES = COMMON | _defined("double.h") | _defined("single.h") | {"width", "widen", "narrow", "gather"} | MATH
+NAMES = COMMON | _defined(DOUBLE) | _defined(SINGLE) | {"width", "widen", "narrow", "gather"} | MATH
 
 
 def preamble(used: set[str], single: bool, width: int) -> str:
@@ -57,24 +61,24 @@ def preamble(used: set[str], single: bool, width: int) -> str:
     scalar = "float" if single else "double"
     text = _TYPES.format(scalar=scalar, width=width) + (_FOLDER / "common.h").read_text()
     wanted = set(used) - COMMON
-    own = _defined("single.h") if single else _defined("double.h")
+    own = _defined(SINGLE) if single else _defined(DOUBLE)
     through = sorted(wanted - own)
     if single and wanted:
         wanted |= {"widen", "narrow"} if through else set()
-        wide = _chosen("double.h", set(through)) if through else ""
+        wide = _chosen(DOUBLE, set(through)) if through else ""
         for name, other in _WIDE.items():
             wide = re.sub(rf"\b{name}\b", other, wide)
-        text += _WIDE_TYPES.format(width=width) + wide + _chosen("single.h", wanted & own | {"widen", "narrow"})
+        text += _WIDE_TYPES.format(width=width) + wide + _chosen(SINGLE, wanted & own | {"widen", "narrow"})
         text += "".join(_through_double(name) for name in through)
     else:
-        text += _chosen("double.h", wanted)
+        text += _chosen(DOUBLE, wanted)
     return text.replace("WIDTH", str(width)) + "".join(_for_one(name) for name in sorted(wanted & MATH))
 
 
-def _chosen(file, wanted):
+def _chosen(files, wanted):
     """The paragraphs that define what is wanted, and what these need."""
-    parts, wanted, chosen = _paragraphs(file), set(wanted), set()
-    known = _defined(file)
+    parts, wanted, chosen = _paragraphs(files), set(wanted), set()
+    known = _defined(files)
     # What a paragraph needs stands above it.
     for names, part in reversed(parts):
         if names & wanted:

@@ -1,4 +1,4 @@
-// Elementary functions of float32 lanes, as `double.h`. What is not here goes by way of float64.
+// Elementary functions of float32 lanes, as those of `double/`. What is not here goes by way of float64.
 
 static Int bits(Real x) { return __builtin_bit_cast(Int, x); }
 

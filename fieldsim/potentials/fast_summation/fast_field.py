@@ -15,6 +15,7 @@ from fieldsim.launch import checked_threads, is_watched
 from fieldsim.potentials.elements import Elements
 from fieldsim.potentials.fast_summation.octree import FARTHEST_DOUBLING
 from fieldsim.potentials.fast_summation.summation import Group, Sum, fast_sum, groups_of
+from fieldsim.potentials.field_kernels import SHAPES
 from fieldsim.potentials.host_points import host_points
 from fieldsim.types import ArrayLike, RealLike, WholeLike
 
@@ -121,7 +122,7 @@ class FastField:
         sums, which = self._sums(array, order)
         if not sums:
             return self.field._evaluate(points, order)
-        results = [np.zeros((len(array), *shape)) for shape in ((), (3,), (3, 3))[: order + 1]]
+        results = [np.zeros((len(array), *shape)) for shape in SHAPES[: order + 1]]
         for one in sums:
             for result, part in zip(results, one.results, strict=True):
                 result[which] += part

@@ -10,10 +10,9 @@ from fieldsim.portable import Indices, Table, hole, portable, real
 from fieldsim.portable.lanes.kernels import items_of, lanes_kernel
 from fieldsim.portable.lanes.source import width_of
 from fieldsim.potentials import registry
-from fieldsim.potentials.field_kernels import RESULTS
+from fieldsim.potentials.field_kernels import RESULTS, host_results_of
 
 INPUTS = ("points", "by vector", "indices", "indices", "indices", "table", "indices")
-SHAPES = ((), (3,), (3, 3))
 
 total = hole("x, y, z, rows, kinds, first, count")
 
@@ -82,18 +81,16 @@ def near_sums(points, lists, begin, ranges, tables, kinds_used, order, threads=N
     """
     width = width_of(False)
     places, which = _in_vectors(lists, width)
-    found = [
-        wp.empty(len(places), dtype=dtype, device="cpu") for dtype in (wp.float64, wp.vec3d, wp.mat33d)[: order + 1]
-    ]
+    arrays, found = host_results_of(order, len(places))
     given = [wp.from_numpy(np.ascontiguousarray(points[places]), dtype=wp.vec3d, device="cpu")]
     integers = which, begin, ranges[:, 0], ranges[:, 1] - ranges[:, 0]
     given += [wp.from_numpy(np.ascontiguousarray(a, dtype=np.int32), dtype=wp.int32, device="cpu") for a in integers]
     items = items_of(len(places), wp.float64)
     launch(_kernel(kinds_used, order), items, [*given, *tables], found, device="cpu", threads=threads, grain=16)
     results = []
-    for array, shape in zip(found, SHAPES, strict=False):
-        result = np.empty((len(points), *shape))
-        result[places] = array.numpy()
+    for array in arrays:
+        result = np.empty((len(points), *array.shape[1:]))
+        result[places] = array
         results.append(result)
     return results
 

@@ -19,10 +19,11 @@ from fieldsim.potentials.fast_summation.interactions import (
     near_lists,
 )
 from fieldsim.potentials.fast_summation.laws import law_values
-from fieldsim.potentials.fast_summation.near import SHAPES, near_sums
+from fieldsim.potentials.fast_summation.near import near_sums
 from fieldsim.potentials.fast_summation.octree import Cube, Octree, built, doublings
 from fieldsim.potentials.fast_summation.pieces import Pieces
 from fieldsim.potentials.fast_summation.translations import RINGS, Scaled, Translations, translations
+from fieldsim.potentials.field_kernels import SHAPES
 from fieldsim.potentials.row import FOLD, KERNEL_WIDTH, STRENGTH
 
 # Most pieces in a cell that is not divided further, under a kernel that is the same in any size, and under others, for

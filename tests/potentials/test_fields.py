@@ -100,8 +100,10 @@ def test_many_points_are_the_same_points():
 def test_threads_of_a_gpu_are_one_lane_of_the_same(order, scalar):
     """On a CPU, one after another."""
     elements, device = (Field(BONE, Newtonian(0.2)) + Field(BALL, Gaussian(0.9))).elements, wp.get_device("cpu")
-    tables = wp.array(elements.rows, dtype=scalar, device=device), wp.array(elements.kinds, dtype=wp.int32, device=device)
-    given = [wp.array(POINTS, dtype=wp.types.vector(3, scalar), device=device), *tables, 0, len(elements)]
+    rows, kinds = (
+        wp.array(a, dtype=t, device=device) for a, t in ((elements.rows, scalar), (elements.kinds, wp.int32))
+    )
+    given = [wp.array(POINTS, dtype=wp.types.vector(3, scalar), device=device), rows, kinds, 0, len(elements)]
     found = []
     for kernel, items in (
         (in_threads(order, elements.kinds_used, scalar), len(POINTS)),

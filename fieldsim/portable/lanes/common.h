@@ -4,6 +4,17 @@ struct Table {
     int stride;
     scalar operator()(int row, int column) const { return data[(long long)stride * row + column]; }
 };
+// A table for each lane: the numbers of all lanes lie side by side.
+struct Tables {
+    const scalar* data;
+    int stride, step;
+    Real operator()(int row, int column) const
+    {
+        Real r;
+        __builtin_memcpy(&r, data + (long long)stride * row + (long long)step * column, sizeof r);
+        return r;
+    }
+};
 struct Indices {
     const int* data;
     int operator()(int place) const { return data[place]; }
@@ -15,6 +26,13 @@ static Real gather(Table table, Int row, Int column, Mask live)
     const Int place = live ? row * table.stride + column : Int(0);
     Real r;
     for (int k = 0; k < WIDTH; ++k) r[k] = table.data[place[k]];
+    return r;
+}
+static Real gather(Tables tables, Int row, Int column, Mask live)
+{
+    const Int place = live ? row * tables.stride + column * tables.step : Int(0);
+    Real r;
+    for (int k = 0; k < WIDTH; ++k) r[k] = tables.data[place[k] + k];
     return r;
 }
 static Int gather(Indices indices, Int place, Mask live)

@@ -15,10 +15,16 @@ _numbers = itertools.count()
 
 
 def shared_argument(kind: str, name: str) -> str:
-    """C++: an argument of Warp's that is the same in all lanes, a table, indices or a number, as lanes take it."""
+    """C++: an argument of Warp's that is no vector, a table or one for each lane, indices or a number, for lanes."""
     if kind == "table":
-        return f"lanes::Table{{{name}.data, (int)({name}.strides[0] / sizeof(lanes::scalar))}}"
+        return f"lanes::Table{{{name}.data, {_stride(name, 0)}}}"
+    if kind == "tables":
+        return f"lanes::Tables{{{name}.data, {_stride(name, 1)}, {_stride(name, 2)}}}"
     return f"lanes::Indices{{{name}.data}}" if kind == "indices" else name
+
+
+def _stride(name, axis):
+    return f"(int)({name}.strides[{axis}] / sizeof(lanes::scalar))"
 
 
 def called(lanes, arguments: list[str]) -> str:

@@ -223,7 +223,7 @@ class Expressions(Emitter):
         varying = any(value.type.varying for value in values)
         at = ", ".join(value.to(varying) for value in values)
         text = f"gather({self.local(array)}, {at}, {self.mask()})" if varying else f"{self.local(array)}({at})"
-        return Value(text, (REAL if kind.kind == "table" else INT).joined(varying))
+        return Value(text, (REAL if kind.kind == "table" else INT).joined(varying or kind.varying))
 
     def _value_of_call(self, node):
         if isinstance(node.func, ast.Attribute):

@@ -45,8 +45,8 @@ def lanes_of(
 ) -> Lanes:
     """A portable function in C++.
 
-    uniform: the arguments that are the same in all lanes; default all but reals. wanted: the places of the results that
-    it returns; default all.
+    uniform: the arguments that are the same in all lanes; default all but reals. A table that is none of them is one
+    for each lane. wanted: the places of the results that it returns; default all.
     """
     marks = portable.function.__annotations__
     code = portable.function.__code__
@@ -70,7 +70,7 @@ def _made(portable, single, uniform, width, wanted):
     marks = portable.function.__annotations__
     code = portable.function.__code__
     arguments = tuple(
-        Type(KINDS[marks[name]], name not in uniform and KINDS[marks[name]] not in ("table", "indices"))
+        Type(KINDS[marks[name]], name not in uniform and KINDS[marks[name]] != "indices")
         for name in code.co_varnames[: code.co_argcount]
     )
     entry = Translator(single).version(portable, arguments, wanted)

@@ -29,6 +29,7 @@ _CPP = {
     ("int", False): "int",
     ("bool", True): "Mask",
     ("bool", False): "bool",
+    ("table", True): "Tables",
     ("table", False): "Table",
     ("indices", False): "Indices",
 }

@@ -7,20 +7,22 @@ on the times of output.
 """
 
 import dataclasses
-import functools
 import math
 
 import numpy as np
 import warp as wp
 
+from fieldsim.portable import Table, portable, real
 from fieldsim.potentials.row import DIRECTIONS, POSITIONS, ROW_WIDTH
 from fieldsim.sources.elements import Sources
-from fieldsim.sources.stages import Stages
 from fieldsim.world.motion import Keyframes
 
 DEGREE = 20
-# A first try; later windows are at most twice as long as the one before.
-FIRST_LENGTH = 1.0
+# A first try; later windows are at most GROWTH times as long as the one before, and so long that this degree of their
+# interpolants is about the last that counts.
+FIRST_LENGTH = 2.0
+GROWTH = 2.0
+AIM = DEGREE - 2
 # Windows shorter than this share of the longest are not halved further: they contain a jump. The first window may be
 # short because of the unit of time, so it is halved much farther, as if the longest were no longer than NO_LENGTH.
 SHORTEST = 2.0**-30
@@ -44,30 +46,17 @@ class Window:
     columns: wp.array(dtype=wp.int32)
 
 
-@functools.cache
-def place_rows(kinds_used):
-    """Warp function (gravity, window, stage, t, later): puts the moving rows of time t + later in place as a stage."""
-
-    @wp.func
-    def still(gravity: Stages, window: Window, stage: int, t: wp.float64, later: wp.float64):
-        pass
-
-    @wp.func
-    def changing(gravity: Stages, window: Window, stage: int, t: wp.float64, later: wp.float64):
-        u = ((t - window.middle) + later) / window.half
-        twice = u + u
-        for c in range(window.rows.shape[0]):
-            # Clenshaw's recurrence.
-            b1 = wp.float64(0.0)
-            b2 = wp.float64(0.0)
-            for k in range(DEGREE):
-                b0 = twice * b1 - b2 + window.coefficients[c, DEGREE - k]
-                b2 = b1
-                b1 = b0
-            value = u * b1 - b2 + window.coefficients[c, 0]
-            gravity.moving_rows[stage * gravity.moving + window.rows[c], window.columns[c]] = value
-
-    return changing if kinds_used[1] else still
+@portable
+def interpolated(u: real, coefficients: Table, k: int):
+    """The k-th interpolant of a window at u = -1..1 from its start to its end: Clenshaw's recurrence."""
+    twice = u + u
+    b1 = real(0.0)
+    b2 = real(0.0)
+    for j in range(DEGREE):
+        b0 = twice * b1 - b2 + coefficients[k, DEGREE - j]
+        b2 = b1
+        b1 = b0
+    return u * b1 - b2 + coefficients[k, 0]
 
 
 def _cosines(numerators, denominator):
@@ -95,35 +84,40 @@ def _coefficients(samples):
 
 
 class Windows:
-    """The windows of one world's sources in turn, from `start` on. `start`, `end`: of the present one."""
+    """The windows of one world's sources in turn, from `start` on.
+
+    start, end: of the present one; rows (M, ROW_WIDTH): what stays over it, NaN where numbers change.
+    """
 
     def __init__(self, sources: Sources, world, start: float, device):
         self._sources = sources
         self._device = device
         self._keys = keyframes(world)
-        self._length, self._longest = FIRST_LENGTH, NO_LENGTH
+        self._plan, self._longest = FIRST_LENGTH, NO_LENGTH
         self.start, self.end = start, start if sources.moving else math.inf
         self.rows = np.zeros((0, ROW_WIDTH))
         self.window = Window()
         self.window.end = self.end
         self._fill(np.zeros((0, DEGREE + 1)), np.zeros((0, 2), dtype=int))
 
-    def advance(self) -> None:
-        """Go on to the next window."""
-        start, limit = self.end, self._next_key()
-        length = 2.0 * self._length
+    def advance(self) -> bool:
+        """Go on to the next window; whether the numbers that stay over it are those of the window before."""
+        start, limit, length = self.end, self._next_key(), self._plan
         while True:
             end = min(start + length, limit)
-            samples, agree = self._sampled(start, end)
+            samples, known, agree = self._sampled(start, end)
             if agree or length <= max(SHORTEST * self._longest, 64 * np.spacing(abs(start))):
                 break
             length = 0.5 * (end - start)
-        self._length, self._longest = length, max(length, self._longest)
+        self._longest = max(length, self._longest)
         self.start, self.end = start, end
         self.window.end, self.window.middle, self.window.half = end, 0.5 * (start + end), 0.5 * (end - start)
-        changes = np.argwhere((samples != samples[0]).any(axis=0))
-        self.rows = samples[0]
-        self._fill(_coefficients(samples)[:, changes[:, 0], changes[:, 1]], changes)
+        changing = (samples != samples[0]).any(axis=0)
+        rows, earlier = np.where(changing, np.nan, samples[0]), self.rows
+        coefficients, self.rows = _coefficients(samples)[:, changing], rows
+        self._plan = length if end == limit else length * _growth(coefficients, known[changing])
+        self._fill(coefficients, np.argwhere(changing))
+        return np.array_equal(rows, earlier, equal_nan=True)
 
     def _fill(self, coefficients, places):
         window, device = self.window, self._device
@@ -136,15 +130,22 @@ class Windows:
         return min((_key_after(keys, self.end) for keys in self._keys), default=math.inf)
 
     def _sampled(self, start, end):
-        """Rows at the sampling points, and whether their interpolants agree with the rows in between."""
+        """Rows at the sampling points, how well they are known, and whether interpolants agree with rows in between."""
         middle, half = 0.5 * (start + end), 0.5 * (end - start)
-        samples = self._sources.rows_at(middle + half * _POINTS)
-        between = self._sources.rows_at(np.clip(middle + half * _BETWEEN, start, end))
+        rows = self._sources.rows_at(np.clip(middle + half * np.concatenate([_POINTS, _BETWEEN]), start, end))
+        samples, between = np.split(rows, [len(_POINTS)])
         error = np.abs(np.tensordot(_AT_BETWEEN, _coefficients(samples), axes=1) - between).max(axis=0)
         # The rounding of times moves fast elements, too.
         speed = np.abs(np.diff(samples, axis=0)).max(axis=0) / (half * np.abs(np.diff(_POINTS)).min())
         rounding = 4.0 * np.spacing(max(abs(start), abs(end))) * speed
-        return samples, bool((error <= AGREEMENT * _sizes(samples) + rounding).all())
+        known = AGREEMENT * _sizes(samples) + rounding
+        return samples, known, bool((error <= known).all())
+
+
+def _growth(coefficients, known):
+    """How many times longer the next window may be; coefficients (DEGREE + 1, M) of M numbers, known so well (M,)."""
+    count = np.flatnonzero((np.abs(coefficients) > known).any(axis=1)).max(initial=1)
+    return min(GROWTH, max(1.0, AIM / count))
 
 
 def _sizes(samples):

@@ -72,14 +72,35 @@ def orbits(count=8):
 
 def test_weights_are_exact_for_polynomials_of_degree_14():
     nodes = tables.NODES[1:]
-    single = [Fraction(w) + Fraction(rest) for w, rest in zip(tables.SPEED, tables.SPEED_REST, strict=True)]
+    single = [Fraction(row[tables.SPEED]) + Fraction(row[tables.SPEED_REST]) for row in tables.ENDS[1:]]
+    double = [Fraction(row[tables.WAY]) for row in tables.ENDS[1:]]
     for degree in range(1, 15):
         speed = sum(w * s**degree for w, s in zip(single, nodes, strict=True))
         # Degrees above 7 owe their exactness to the nodes, which are rounded to 2^-54.
         assert abs(speed - Fraction(1, degree + 1)) < (1e-32 if degree <= 7 else 1e-15)
     for degree in range(1, 14):
-        way = sum(Fraction(w) * s**degree for w, s in zip(tables.WAY, nodes, strict=True))
+        way = sum(w * s**degree for w, s in zip(double, nodes, strict=True))
         assert abs(way - Fraction(1, (degree + 1) * (degree + 2))) < 1e-15
+
+
+def test_tables_of_weights_are_exact_for_what_a_step_can_follow():
+    nodes = np.array([float(node) for node in tables.NODES])
+    powers = np.random.default_rng(2).normal(size=8)
+    values = np.polynomial.polynomial.polyval(nodes, powers)
+    differences = np.array([values[0], *(values[1:] - values[0])])
+    np.testing.assert_allclose(differences @ tables.IN_POWERS, powers, rtol=0, atol=1e-10)
+    whole = np.polynomial.Polynomial(powers)
+    ways = whole.integ(2)(nodes)
+    np.testing.assert_allclose(differences @ tables.WAYS, ways, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(powers @ tables.WAYS_OF_POWERS, ways, rtol=0, atol=1e-15)
+    ahead = np.polynomial.polynomial.polyval(nodes, powers @ tables.AHEAD)
+    np.testing.assert_allclose(ahead, whole(1.0 + nodes), rtol=1e-13)
+    ends = differences @ tables.ENDS
+    derivatives = [whole.deriv(order)(1.0) for order in range(4)]
+    np.testing.assert_allclose(ends[[tables.PULL, tables.FIRST, tables.SECOND, tables.THIRD]], derivatives, rtol=1e-9)
+    assert ends[tables.WAY] == pytest.approx(whole.integ(2)(1.0), rel=1e-14)
+    assert ends[tables.SPEED] + values[0] == pytest.approx(whole.integ()(1.0), rel=1e-14)
+    assert ends[tables.LAST] == pytest.approx(powers[-1], rel=1e-10)
 
 
 def test_a_comet_keeps_its_energy_to_rounding_over_fifty_orbits():
@@ -258,13 +279,17 @@ def test_swinging_through_a_ring_where_its_pull_passes_zero():
 
 
 def test_nothing_of_short_reach_is_leapt_over():
-    run = simulation(STAR, [[-50.0, 0.1, 0.0]], [[5.0, 0.0, 0.0]], kernel=Metaball(0.5))
+    starts = np.array((-50.0, 0.1, 0.0)) + np.linspace(0.0, 1.0, 50)[:, None] * (1.0, 0.0, 0.0)
+    run = simulation(STAR, starts, np.broadcast_to((5.0, 0.0, 0.0), starts.shape), kernel=Metaball(0.5))
     start = energy(run.snapshot()).total
     run.advance(20.0)
-    assert run.positions[0][0, 0] > 45
-    assert abs(run.velocities[0][0, 1]) > 0.05
-    # Its second derivative jumps on two spheres, which steps must feel their way across.
-    np.testing.assert_allclose(energy(run.snapshot()).total, start, rtol=2e-9)
+    assert (run.positions[0][:, 0] > 45).all()
+    assert (np.abs(run.velocities[0][:, 1]) > 0.05).all()
+    # Its second derivative jumps on two spheres, which steps must feel their way across: how well is a matter of where
+    # they meet them.
+    errors = np.abs(energy(run.snapshot()).total / start - 1.0)
+    assert np.median(errors) < 3e-9
+    assert errors.max() < 1e-4
 
 
 @pytest.mark.parametrize("tolerance", [0.0, -1e-9, math.nan, 0.1, "fine"])

@@ -44,8 +44,8 @@ KERNELS = {
     "contact, force gradients": lambda gravity, surface: contact_kernel(gravity, surface, True, ALONE),
     "release": lambda gravity, surface: release_kernel(surface),
     "field": lambda gravity, surface: _field_kernel(gravity),
-    "radau": lambda gravity, surface: radau_kernel(gravity),
-    "dense radau": lambda gravity, surface: dense_kernel(gravity),
+    "radau": lambda gravity, surface: radau_kernel(gravity, ALONE),
+    "dense radau": lambda gravity, surface: dense_kernel(gravity, ALONE),
 }
 
 

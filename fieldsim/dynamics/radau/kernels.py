@@ -4,25 +4,22 @@ import functools
 
 import warp as wp
 
+from fieldsim.dynamics.radau.nodes import PLACES, Pulling, Series, mixed_of, place_of, pulls_of
 from fieldsim.dynamics.radau.step import (
+    AHEAD,
     CHANGE,
+    ENDS,
     EXTRAPOLATION,
-    NODES,
-    STAGES,
-    continued,
-    in_newton_form,
-    in_powers,
+    IN_POWERS,
+    PULL,
     lengthening,
-    node_offsets,
-    settled_path,
-    shortened,
+    scaled,
+    settled_of,
     travelled,
 )
-from fieldsim.dynamics.radau.tables import ORDER, Series
+from fieldsim.dynamics.splitting.groups import column
 from fieldsim.numerics.running_sums import exactly_added
-from fieldsim.sources.field import field_at
-from fieldsim.sources.stages import Stages
-from fieldsim.sources.windows import Window, place_rows
+from fieldsim.sources.windows import Window
 
 # A step shorter than this part of the elapsed time is too short to arrive: the particle is lost.
 SHORTEST = wp.constant(wp.float64(2.0**-60))
@@ -33,13 +30,30 @@ ROUNDING = wp.constant(wp.float64(2.0**-53))
 
 
 @wp.struct
+class Step:
+    """A step that was taken: its start, position, velocity and time with their rounding errors, and its length h.
+
+    b: the acceleration along it in powers. h is 0 before the first step.
+    """
+
+    x: wp.vec3d
+    x_rest: wp.vec3d
+    v: wp.vec3d
+    v_rest: wp.vec3d
+    t: wp.float64
+    t_rest: wp.float64
+    h: wp.float64
+    b: Series
+
+
+@wp.struct
 class Flights:
     """State of N particles, each array (N,): at the end of the last step, that step, and the plan of the next.
 
-    x, v, t: position, velocity, time, with their rounding errors in *_rest. x0, v0, t0, a0: the same at the last step's
-    start, and the acceleration; h: its length, 0 before the first; b: its acceleration in powers. plan: length of the
-    next step; miss: difference of b from its prediction. lost: 1 where no step is short enough. evaluations,
-    steps: counts. tau: the shortest time in which the acceleration ever changed; tau_at: when that was.
+    x, v, t: position, velocity, time, with their rounding errors in *_rest; a: acceleration as it is foreseen there.
+    last: the last step. plan: length of the next; miss: difference of the last step's powers from their prediction.
+    lost: 1 where no step is short enough. evaluations, steps: counts. tau: the shortest time in which the acceleration
+    ever changed; tau_at: when that was.
     """
 
     x: wp.array(dtype=wp.vec3d)
@@ -48,15 +62,8 @@ class Flights:
     v_rest: wp.array(dtype=wp.vec3d)
     t: wp.array(dtype=wp.float64)
     t_rest: wp.array(dtype=wp.float64)
-    x0: wp.array(dtype=wp.vec3d)
-    v0: wp.array(dtype=wp.vec3d)
-    x0_rest: wp.array(dtype=wp.vec3d)
-    v0_rest: wp.array(dtype=wp.vec3d)
-    a0: wp.array(dtype=wp.vec3d)
-    t0: wp.array(dtype=wp.float64)
-    t0_rest: wp.array(dtype=wp.float64)
-    h: wp.array(dtype=wp.float64)
-    b: wp.array(dtype=Series)
+    a: wp.array(dtype=wp.vec3d)
+    last: wp.array(dtype=Step)
     plan: wp.array(dtype=wp.float64)
     miss: wp.array(dtype=Series)
     lost: wp.array(dtype=wp.int32)
@@ -111,41 +118,33 @@ def fitted(plan: wp.float64, left: wp.float64):
 
 
 @functools.cache
-def radau_kernel(kinds_used):
-    """Kernel (flights; leg, gravity, window): adaptive steps for gravity of the given kinds.
+def radau_kernel(kinds_used, lanes: int):
+    """Kernel (leg, pulling, window; flights, running): adaptive steps for gravity of the given kinds.
 
     `running` is set if some particle has not arrived.
     """
-    field = field_at(kinds_used)
-    settled = settled_path(kinds_used)
-    place = place_rows(kinds_used)
+    settled, mixed = settled_of(kinds_used, lanes), mixed_of(lanes)
+    pulls, place = pulls_of(kinds_used, lanes), place_of(kinds_used, lanes)
 
     @wp.kernel(module="unique", enable_backward=False)
     def radau(
         start: int,
         leg: Leg,
-        gravity: Stages,
+        pulling: Pulling,
         window: Window,
         flights: Flights,
         running: wp.array(dtype=wp.int32),
     ):
-        stage = (start + wp.tid()) * STAGES
-        i = leg.first + start + wp.tid()
+        which = start + wp.tid()
+        i = leg.first + which
         x = flights.x[i]
         x_rest = flights.x_rest[i]
         v = flights.v[i]
         v_rest = flights.v_rest[i]
         t = flights.t[i]
         t_rest = flights.t_rest[i]
-        x0 = flights.x0[i]
-        v0 = flights.v0[i]
-        x0_rest = flights.x0_rest[i]
-        v0_rest = flights.v0_rest[i]
-        a0 = flights.a0[i]
-        t0 = flights.t0[i]
-        t0_rest = flights.t0_rest[i]
-        last = flights.h[i]
-        b = flights.b[i]
+        a = flights.a[i]
+        last = flights.last[i]
         plan = flights.plan[i]
         miss = flights.miss[i]
         lost = flights.lost[i]
@@ -157,43 +156,44 @@ def radau_kernel(kinds_used):
             if t >= leg.until or lost == 1:
                 break
             left = (window.end - t) - t_rest
-            place(gravity, window, stage, t, t_rest)
-            _f, a = field(x, gravity, stage)
-            evaluations += 1
             if plan == wp.float64(0.0):
+                place(pulling, which, window, t, t_rest, wp.float64(0.0))
+                a = column(pulls(Series(), x, x_rest, v, wp.float64(0.0), pulling, which), 0, 0)
+                evaluations += 1
                 plan = first_step(x, v, a, leg.extent)
             if plan * wp.length(v) > leg.stride:
                 plan = leg.stride / wp.length(v)
             h = fitted(plan, left)
-            for n in range(ORDER):
-                place(gravity, window, stage + n + 1, t, t_rest + NODES[n] * h)
+            place(pulling, which, window, t, t_rest, h)
             expected = Series()
-            known = last > wp.float64(0.0) and h < EXTRAPOLATION * last
+            known = last.h > wp.float64(0.0) and h < EXTRAPOLATION * last.h
             if known:
-                expected = continued(b, h / last) + miss
-            g = in_newton_form(expected)
-            d = node_offsets(v, x_rest, a, g, h)
-            g, pull, good, sweeps = settled(x, a, d, g, h, gravity, stage)
-            evaluations += ORDER * sweeps
-            b_new = in_powers(g)
+                expected = scaled(mixed(AHEAD, last.b), h / last.h) + miss
+            else:
+                for c in range(3):
+                    expected[c, 0] = a[c]
+            p, good, sweeps = settled(x, x_rest, v, expected, h, pulling, which)
+            evaluations += PLACES * sweeps
+            ends = mixed(ENDS, p)
+            a = column(p, 0, 0)
             noise = ROUNDING * (leg.extent + wp.length(x)) / (h * h)
-            longer = lengthening(a, b_new, noise)
+            longer = lengthening(a, ends, noise)
             growth = leg.eta * longer
             if good == 1 and growth * CHANGE >= wp.float64(1.0):
                 taken += 1
-                x0 = x
-                v0 = v
-                a0 = a
-                t0 = t
-                t0_rest = t_rest
-                x0_rest = x_rest
-                v0_rest = v_rest
-                last = h
-                b = b_new
+                last.x = x
+                last.x_rest = x_rest
+                last.v = v
+                last.v_rest = v_rest
+                last.t = t
+                last.t_rest = t_rest
+                last.h = h
+                last.b = mixed(IN_POWERS, p)
                 miss = Series()
                 if known:
-                    miss = b - expected
-                dx, dv, dv_rest = travelled(v, v_rest, a, pull, h)
+                    miss = last.b - expected
+                dx, dv, dv_rest = travelled(v, v_rest, a, ends, h)
+                a = column(ends, 0, PULL)
                 x, x_rest = exactly_added(x, x_rest, h * v)
                 x, x_rest = exactly_added(x, x_rest, dx)
                 v, v_rest = exactly_added(v, v_rest, dv)
@@ -219,15 +219,8 @@ def radau_kernel(kinds_used):
         flights.v_rest[i] = v_rest
         flights.t[i] = t
         flights.t_rest[i] = t_rest
-        flights.x0[i] = x0
-        flights.v0[i] = v0
-        flights.x0_rest[i] = x0_rest
-        flights.v0_rest[i] = v0_rest
-        flights.a0[i] = a0
-        flights.t0[i] = t0
-        flights.t0_rest[i] = t0_rest
-        flights.h[i] = last
-        flights.b[i] = b
+        flights.a[i] = a
+        flights.last[i] = last
         flights.plan[i] = plan
         flights.miss[i] = miss
         flights.lost[i] = lost
@@ -241,46 +234,53 @@ def radau_kernel(kinds_used):
 
 
 @functools.cache
-def dense_kernel(kinds_used):
-    """Kernel (first, flights, gravity, window, times; positions, velocities): dense output within each last step.
+def within_of(kinds_used, lanes: int):
+    """Warp function (step, h, pulling, which, window) -> position and velocity at the time h after a step's start.
 
-    The step is repeated up to that time, as the polynomial's error inside a step is far larger than at its end. NaN for
-    lost particles.
+    The step is repeated up to that time, as the polynomial's error inside a step is far larger than at its end.
     """
-    settled = settled_path(kinds_used)
-    place = place_rows(kinds_used)
+    settled, mixed = settled_of(kinds_used, lanes), mixed_of(lanes)
+    place = place_of(kinds_used, lanes)
+
+    @wp.func
+    def within(step: Step, h: wp.float64, pulling: Pulling, which: int, window: Window):
+        place(pulling, which, window, step.t, step.t_rest, h)
+        b = scaled(step.b, h / step.h)
+        p, _good, _sweeps = settled(step.x, step.x_rest, step.v, b, h, pulling, which)
+        dx, dv, dv_rest = travelled(step.v, step.v_rest, column(p, 0, 0), mixed(ENDS, p), h)
+        x, x_rest = exactly_added(step.x, step.x_rest, h * step.v)
+        v, v_rest = exactly_added(step.v, step.v_rest, dv)
+        return x + (x_rest + dx), v + (v_rest + dv_rest)
+
+    return within
+
+
+@functools.cache
+def dense_kernel(kinds_used, lanes: int):
+    """Kernel (first, flights, pulling, window, times; positions, velocities): dense output within each last step.
+
+    NaN for lost particles.
+    """
+    within = within_of(kinds_used, lanes)
 
     @wp.kernel(module="unique", enable_backward=False)
     def dense(
         start: int,
         first: int,
         flights: Flights,
-        gravity: Stages,
+        pulling: Pulling,
         window: Window,
         times: wp.array(dtype=wp.float64),
         positions: wp.array(dtype=wp.vec3d),
         velocities: wp.array(dtype=wp.vec3d),
     ):
-        stage = (start + wp.tid()) * STAGES
-        i = first + start + wp.tid()
+        which = start + wp.tid()
+        i = first + which
         x = flights.x[i]
         v = flights.v[i]
-        if flights.h[i] > wp.float64(0.0) and times[i] != flights.t[i]:
-            t = flights.t0[i]
-            h = (times[i] - t) - flights.t0_rest[i]
-            for n in range(ORDER):
-                place(gravity, window, stage + n + 1, t, flights.t0_rest[i] + NODES[n] * h)
-            x = flights.x0[i]
-            v = flights.v0[i]
-            a = flights.a0[i]
-            g = in_newton_form(shortened(flights.b[i], h / flights.h[i]))
-            d = node_offsets(v, flights.x0_rest[i], a, g, h)
-            _g, pull, _good, _sweeps = settled(x, a, d, g, h, gravity, stage)
-            dx, dv, dv_rest = travelled(v, flights.v0_rest[i], a, pull, h)
-            x, rest = exactly_added(x, flights.x0_rest[i], h * v)
-            x = x + (rest + dx)
-            v, rest = exactly_added(v, flights.v0_rest[i], dv)
-            v = v + (rest + dv_rest)
+        step = flights.last[i]
+        if step.h > wp.float64(0.0) and times[i] != flights.t[i]:
+            x, v = within(step, (times[i] - step.t) - step.t_rest, pulling, which, window)
         if flights.lost[i] == 1:
             x = wp.float64(wp.nan) * x
             v = wp.float64(wp.nan) * v

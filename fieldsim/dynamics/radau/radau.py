@@ -10,14 +10,14 @@ import warp as wp
 from fieldsim import validate
 from fieldsim.arrays import kept
 from fieldsim.dynamics.integrators.splittings import Integrator
-from fieldsim.dynamics.radau.kernels import Flights, Leg, dense_kernel, radau_kernel
-from fieldsim.dynamics.radau.tables import ORDER, Series
+from fieldsim.dynamics.radau.kernels import Flights, Leg, Step, dense_kernel, radau_kernel
+from fieldsim.dynamics.radau.nodes import Pulling, Series
+from fieldsim.dynamics.radau.tables import PLACES
 from fieldsim.dynamics.state import columns, renew
 from fieldsim.errors import InputError
 from fieldsim.launch import launch
 from fieldsim.potentials.row import POSITIONS, SIZE
 from fieldsim.sources.elements import Sources
-from fieldsim.sources.stages import tables
 from fieldsim.sources.windows import Windows
 from fieldsim.types import RealLike
 
@@ -25,7 +25,6 @@ from fieldsim.types import RealLike
 LAUNCH_WORK = 20_000_000
 LAUNCH_STEPS = 4096
 SCRATCH_ROWS = 400_000
-STAGES = ORDER + 1
 
 
 @dataclasses.dataclass(frozen=True)
@@ -71,20 +70,22 @@ class RadauRun:
 
     def __init__(self, radau: Radau, world, sources: Sources, positions, velocities, time: float, *, threads=None):
         self._sources, self._device, self._threads = sources, positions.device, threads
+        self._lanes = 1 if self._device.is_cuda else PLACES
         self._world, self._windows = world, Windows(sources, world, time, self._device)
         self._count = len(positions)
         self._flights = self._start(positions, velocities, time)
         self._running = wp.zeros(self._count, dtype=wp.int32, device=self._device)
         self._leg = self._plan(radau, world, time)
-        self._tables = None
+        self._pulling = None
 
     def _start(self, positions, velocities, time):
         flights = Flights()
         flights.x, flights.v = wp.clone(positions), wp.clone(velocities)
         kinds = {
-            wp.vec3d: ("x_rest", "v_rest", "x0", "v0", "x0_rest", "v0_rest", "a0"),
-            wp.float64: ("t_rest", "t0_rest", "h", "plan", "tau_at"),
-            Series: ("b", "miss"),
+            wp.vec3d: ("x_rest", "v_rest", "a"),
+            wp.float64: ("t_rest", "plan", "tau_at"),
+            Step: ("last",),
+            Series: ("miss",),
             wp.int32: ("lost",),
             wp.int64: ("steps", "evaluations"),
         }
@@ -92,7 +93,9 @@ class RadauRun:
             for name in names:
                 setattr(flights, name, wp.zeros(self._count, dtype=dtype, device=self._device))
         flights.t = wp.full(self._count, time, dtype=wp.float64, device=self._device)
-        flights.t0 = wp.clone(flights.t)
+        steps = flights.last.numpy()
+        steps["t"] = time
+        flights.last = wp.array(steps, dtype=Step, device=self._device)
         flights.tau = wp.full(self._count, math.inf, dtype=wp.float64, device=self._device)
         return flights
 
@@ -111,7 +114,7 @@ class RadauRun:
         What was counted of them, and their closest passages, are kept.
         """
         if time < self._windows.start:  # an interrupted run had gone ahead
-            self._windows, self._tables = Windows(self._sources, self._world, time, self._device), None
+            self._windows, self._pulling = Windows(self._sources, self._world, time, self._device), None
             which = np.ones(self._count, dtype=bool)
         fresh = self._start(positions, velocities, time)
         names = [name for name in columns(Flights) if name not in ("steps", "evaluations", "tau", "tau_at")]
@@ -130,11 +133,11 @@ class RadauRun:
     @property
     def span(self) -> tuple[np.ndarray, np.ndarray]:
         """Times when each particle's last step began and ended, each (N,)."""
-        return kept(self._flights.t0.numpy()), kept(self._flights.t.numpy())
+        return kept(self._flights.last.numpy()["t"]), kept(self._flights.t.numpy())
 
     def advance(self, until: float) -> None:
         """Advance every particle by whole steps to the time `until` or beyond."""
-        work = max(1, len(self._sources)) * 3 * ORDER * max(1, self._batch)
+        work = max(1, len(self._sources)) * 3 * PLACES * max(1, self._batch)
         self._leg.steps = min(LAUNCH_STEPS, max(1, LAUNCH_WORK // work))
         while True:
             self._leg.until = min(until, self._windows.end)
@@ -167,18 +170,18 @@ class RadauRun:
         """The same as Warp arrays (N,) of vec3d; times (N,)."""
         times = wp.array(np.ascontiguousarray(times), dtype=wp.float64, device=self._device)
         x, v = (wp.empty(self._count, dtype=wp.vec3d, device=self._device) for _ in range(2))
-        kernel = dense_kernel(self._sources.kinds_used)
+        kernel = dense_kernel(self._sources.kinds_used, self._lanes)
         for first, count in self._batches():
-            inputs = [first, self._flights, self._gravity(), self._windows.window, times]
+            inputs = [first, self._flights, self._pulled_by(), self._windows.window, times]
             launch(kernel, count, inputs, [x, v], device=self._device, grain=16, threads=self._threads)
         return x, v
 
     def _fly(self):
         """Launch for all particles; returns whether some particle has not arrived."""
-        kernel = radau_kernel(self._sources.kinds_used)
+        kernel = radau_kernel(self._sources.kinds_used, self._lanes)
         for first, count in self._batches():
             self._leg.first = first
-            inputs = [self._leg, self._gravity(), self._windows.window]
+            inputs = [self._leg, self._pulled_by(), self._windows.window]
             outputs = [self._flights, self._running]
             launch(kernel, count, inputs, outputs, device=self._device, grain=1, threads=self._threads)
         return bool(self._running.numpy().any())
@@ -186,7 +189,7 @@ class RadauRun:
     @property
     def _batch(self):
         """Particles per launch: each has its own rows of moving elements, one set for each node."""
-        rows = STAGES * len(self._sources.moving_kinds)
+        rows = PLACES * len(self._sources.moving_kinds)
         return min(self._count, max(1, SCRATCH_ROWS // rows)) if rows else self._count
 
     def _batches(self):
@@ -194,12 +197,24 @@ class RadauRun:
         return [(first, min(self._batch, self._count - first)) for first in range(0, self._count, max(1, self._batch))]
 
     def _next_window(self):
-        self._windows.advance()
-        self._tables = None
+        if not self._windows.advance():
+            self._pulling = None
 
-    def _gravity(self):
+    def _pulled_by(self):
         """Rows of still elements, and room for the moving rows that kernels write."""
-        if self._tables is None:
-            rows = np.tile(self._windows.rows, (STAGES * self._batch, 1, 1))
-            self._tables = tables(self._sources, self._sources.fixed.rows, rows, self._device)
-        return self._tables
+        if self._pulling is None:
+            device, sources, batch = self._device, self._sources, self._batch
+            pulling = self._pulling = Pulling()
+            pulling.rows = wp.array(sources.fixed.rows, dtype=wp.float64, device=device)
+            pulling.kinds = wp.array(sources.fixed.kinds, dtype=wp.int32, device=device)
+            pulling.moving = len(sources.moving_kinds)
+            pulling.moving_kinds = wp.array(np.tile(sources.moving_kinds, batch), dtype=wp.int32, device=device)
+            pulling.moving_rows = self._room(np.tile(self._windows.rows, (batch, 1)))
+        return self._pulling
+
+    def _room(self, rows):
+        """Rows of all nodes that begin as `rows`, (PLACES, *): on a CPU the nodes' numbers lie side by side."""
+        rows = np.repeat(rows[..., None], PLACES, axis=-1)
+        if self._lanes == 1:
+            return wp.array(np.moveaxis(rows, -1, 0), dtype=wp.float64, device=self._device)
+        return wp.array(rows, dtype=wp.float64, device=self._device).transpose((2, 0, 1))

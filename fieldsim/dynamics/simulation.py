@@ -175,8 +175,7 @@ class Simulation(ContactReadings, Uncopied):
             )
         self._refuse_changes()
         if self.radau:
-            self.radau.advance(until)
-            self._state.x, self._state.v = self.radau.read(np.full(self._count, until))
+            self._state.x, self._state.v = self.radau.flown(until, self._balls)
         else:
             self._march(until)
         self._time = until

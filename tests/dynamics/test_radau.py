@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fieldsim.dynamics.diagnostics.invariants import energy, jacobi
-from fieldsim.dynamics.integrators.splittings import Leapfrog
+from fieldsim.dynamics.integrators.splittings import BlanesMoan6, Leapfrog
 from fieldsim.dynamics.radau import tables
 from fieldsim.dynamics.radau.radau import Radau
 from fieldsim.dynamics.simulation import Simulation
@@ -17,7 +17,7 @@ from fieldsim.potentials.primitives.circle import Circle
 from fieldsim.potentials.primitives.point import Point
 from fieldsim.potentials.primitives.segment import Segment
 from fieldsim.world.body import Body
-from fieldsim.world.contact import Bounce
+from fieldsim.world.contact import Bounce, Status
 from fieldsim.world.motion import Keyframes, Pose, Spin
 from fieldsim.world.world import World
 
@@ -296,6 +296,73 @@ def test_nothing_of_short_reach_is_leapt_over():
 def test_tolerances_that_make_no_sense_are_refused(tolerance):
     with pytest.raises(InputError, match="Radau: tolerance is"):
         Radau(tolerance)
+
+
+ESCAPE = 3.0
+
+
+def escaping(integrator, count=40, motion=STILL, threads=1):
+    """Particles around a bar, half of which come to leave for good."""
+    rng = np.random.default_rng(5)
+    x, v = orbits(count)
+    x, v = x / np.linalg.norm(x, axis=1)[:, None] * 1.5, v * rng.uniform(0.7, 2.4, (count, 1))
+    world = World(escape_radius=ESCAPE)
+    world.add_body(Body(BAR, gravity=Newtonian(0.1), mass=1.0, motion=motion))
+    world.add_particles(x, v)
+    return Simulation(world, integrator, threads=threads)
+
+
+@pytest.mark.parametrize("motion", [STILL, TURN], ids=["still", "turning"])
+def test_particles_stop_where_they_cross_the_escape_radius(motion):
+    run, plain = escaping(Radau(), motion=motion), escaping(BlanesMoan6(1e-3), motion=motion)
+    free = Simulation(run.world.replace(escape_radius=None), Radau(), threads=1)
+    for time in (2.0, 5.0):
+        run.advance(time)
+        plain.advance(time)
+        # What will have escaped later has not yet.
+        np.testing.assert_array_equal(run.states[0], plain.states[0])
+    assert run.census() == plain.census()
+    events = run.events
+    assert 10 < len(events) < 35
+    np.testing.assert_array_equal(events.particles, plain.events.particles)
+    assert (events.kinds == "escape").all()
+    np.testing.assert_allclose(np.linalg.norm(events.positions, axis=1), ESCAPE, rtol=4e-16)
+    # The splitting sees them at the end of its step.
+    late = plain.events.times - events.times
+    assert ((late > -1e-9) & (late < 1e-3 + 1e-9)).all()
+    np.testing.assert_array_equal(run.positions[0][events.particles], events.positions)
+    for k in range(0, len(events), 5):
+        there = Simulation(free.world, Radau(), threads=1)
+        there.advance(events.times[k])
+        i = events.particles[k]
+        np.testing.assert_allclose(there.positions[0][i], run.positions[0][i], rtol=0, atol=2e-14)
+        np.testing.assert_allclose(there.velocities[0][i], run.velocities[0][i], rtol=0, atol=2e-14)
+    free.advance(5.0)
+    stay = run.states[0] == Status.MOVING
+    np.testing.assert_array_equal(run.positions[0][stay], free.positions[0][stay])
+    again = escaping(Radau(), motion=motion, threads=2)
+    again.advance(5.0)
+    np.testing.assert_array_equal(again.positions[0], run.positions[0])
+    np.testing.assert_array_equal(again.events.times, events.times)
+
+
+def test_who_starts_beyond_the_escape_radius_stays_and_may_be_put_back():
+    world = World(escape_radius=ESCAPE)
+    world.add_body(Body(STAR, gravity=Newtonian(), mass=1.0))
+    world.add_particles([[4.0, 0, 0], [1.0, 0, 0]], [[-1.0, 0, 0], [0, 1.0, 0]])
+    run = Simulation(world, Radau(), threads=1)
+    run.advance(1.0)
+    np.testing.assert_array_equal(run.states[0], [Status.ESCAPED, Status.MOVING])
+    np.testing.assert_array_equal(run.positions[0][0], [4.0, 0, 0])
+    assert run.events.times == [0.0]
+    run.set_particles(0, positions=[[2.0, 0, 0], run.positions[0][1]], velocities=[[0, 0.5, 0], run.velocities[0][1]])
+    assert run.census()["escaped"] == 0
+    start = energy(run.snapshot()).total
+    run.advance(4.0)
+    np.testing.assert_allclose(energy(run.snapshot()).total, start, rtol=1e-14)
+    assert run.census()["moving"] == 2
+    run.advance(5.0)
+    assert run.events.made == 1
 
 
 def test_contact_is_refused():

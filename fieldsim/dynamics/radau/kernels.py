@@ -4,6 +4,7 @@ import functools
 
 import warp as wp
 
+from fieldsim.dynamics.contact.particle_state import ESCAPED, GONE, ContactParticles, log_event
 from fieldsim.dynamics.radau.nodes import PLACES, Pulling, Series, mixed_of, place_of, pulls_of
 from fieldsim.dynamics.radau.step import (
     AHEAD,
@@ -27,6 +28,11 @@ SHORTEST = wp.constant(wp.float64(2.0**-60))
 CAUTION = wp.constant(wp.float64(1e-3))
 # Rounding of a coordinate.
 ROUNDING = wp.constant(wp.float64(2.0**-53))
+# What became of a particle: no step is short enough, or it has stopped at the escape radius.
+FLYING, LOST, STOPPED = map(wp.constant, range(3))
+# Where it stops is known to this part of a step, after so many tries at most.
+MEETING = wp.constant(wp.float64(1e-15))
+TRIES = wp.constant(60)
 
 
 @wp.struct
@@ -52,7 +58,7 @@ class Flights:
 
     x, v, t: position, velocity, time, with their rounding errors in *_rest; a: acceleration as it is foreseen there.
     last: the last step. plan: length of the next; miss: difference of the last step's powers from their prediction.
-    lost: 1 where no step is short enough. evaluations, steps: counts. tau: the shortest time in which the acceleration
+    ended: FLYING, LOST or STOPPED. evaluations, steps: counts. tau: the shortest time in which the acceleration
     ever changed; tau_at: when that was.
     """
 
@@ -66,7 +72,7 @@ class Flights:
     last: wp.array(dtype=Step)
     plan: wp.array(dtype=wp.float64)
     miss: wp.array(dtype=Series)
-    lost: wp.array(dtype=wp.int32)
+    ended: wp.array(dtype=wp.int32)
     steps: wp.array(dtype=wp.int64)
     evaluations: wp.array(dtype=wp.int64)
     tau: wp.array(dtype=wp.float64)
@@ -78,7 +84,8 @@ class Leg:
     """Task of one launch: particles from `first` on take at most `steps` steps, none from `until` on.
 
     eta: steps in units of the time in which the acceleration changes. extent: size of what pulls and how far it lies
-    from the origin. stride: greatest displacement of a step. begin: time of the simulation's start.
+    from the origin. stride: greatest displacement of a step. begin: time of the simulation's start. escape2: the escape
+    radius squared, or inf.
     """
 
     first: int
@@ -88,6 +95,7 @@ class Leg:
     extent: wp.float64
     stride: wp.float64
     begin: wp.float64
+    escape2: wp.float64
 
 
 @wp.func
@@ -118,12 +126,66 @@ def fitted(plan: wp.float64, left: wp.float64):
 
 
 @functools.cache
+def within_of(kinds_used, lanes: int):
+    """Warp function (step, h, pulling, which, window) -> position and velocity at the time h after a step's start.
+
+    The step is repeated up to that time, as the polynomial's error inside a step is far larger than at its end.
+    """
+    settled, mixed = settled_of(kinds_used, lanes), mixed_of(lanes)
+    place = place_of(kinds_used, lanes)
+
+    @wp.func
+    def within(step: Step, h: wp.float64, pulling: Pulling, which: int, window: Window):
+        place(pulling, which, window, step.t, step.t_rest, h)
+        b = scaled(step.b, h / step.h)
+        p, _good, _sweeps = settled(step.x, step.x_rest, step.v, b, h, pulling, which)
+        dx, dv, dv_rest = travelled(step.v, step.v_rest, column(p, 0, 0), mixed(ENDS, p), h)
+        x, x_rest = exactly_added(step.x, step.x_rest, h * step.v)
+        v, v_rest = exactly_added(step.v, step.v_rest, dv)
+        return x + (x_rest + dx), v + (v_rest + dv_rest)
+
+    return within
+
+
+@functools.cache
+def crossing_of(kinds_used, lanes: int):
+    """Warp function (step, radius squared, pulling, which, window) -> the time in a step that crosses the radius.
+
+    Newton's method within a bracket, on the motion itself. The step begins within the radius and ends outside.
+    """
+    within = within_of(kinds_used, lanes)
+
+    @wp.func
+    def crossing(step: Step, radius2: wp.float64, pulling: Pulling, which: int, window: Window):
+        low = wp.float64(0.0)
+        high = step.h
+        h = wp.float64(0.5) * step.h
+        for _ in range(TRIES + 0 * which):
+            x, v = within(step, h, pulling, which, window)
+            beyond = wp.dot(x, x) - radius2
+            if beyond > wp.float64(0.0):
+                high = h
+            else:
+                low = h
+            last = h
+            h = h - wp.float64(0.5) * beyond / wp.dot(x, v)
+            if not (h > low and h < high):
+                h = wp.float64(0.5) * (low + high)
+            if wp.abs(h - last) <= MEETING * step.h:
+                break
+        return h
+
+    return crossing
+
+
+@functools.cache
 def radau_kernel(kinds_used, lanes: int):
     """Kernel (leg, pulling, window; flights, running): adaptive steps for gravity of the given kinds.
 
     `running` is set if some particle has not arrived.
     """
     settled, mixed = settled_of(kinds_used, lanes), mixed_of(lanes)
+    within, crossing = within_of(kinds_used, lanes), crossing_of(kinds_used, lanes)
     pulls, place = pulls_of(kinds_used, lanes), place_of(kinds_used, lanes)
 
     @wp.kernel(module="unique", enable_backward=False)
@@ -147,13 +209,15 @@ def radau_kernel(kinds_used, lanes: int):
         last = flights.last[i]
         plan = flights.plan[i]
         miss = flights.miss[i]
-        lost = flights.lost[i]
+        ended = flights.ended[i]
         shortest = flights.tau[i]
         shortest_at = flights.tau_at[i]
         taken = wp.int32(0)
         evaluations = wp.int32(0)
         for _ in range(leg.steps):
-            if t >= leg.until or lost == 1:
+            if wp.dot(x, x) > leg.escape2:  # where it started, or was put
+                ended = STOPPED
+            if t >= leg.until or ended != FLYING:
                 break
             left = (window.end - t) - t_rest
             if plan == wp.float64(0.0):
@@ -206,13 +270,21 @@ def radau_kernel(kinds_used, lanes: int):
                     t = window.end
                     t_rest = wp.float64(0.0)
                 plan = wp.min(growth * h, CHANGE * wp.max(plan, h))
+                if wp.dot(x, x) > leg.escape2:
+                    h = crossing(last, leg.escape2, pulling, which, window)
+                    x, v = within(last, h, pulling, which, window)
+                    t, t_rest = exactly_added(last.t, last.t_rest, h)
+                    last.b = scaled(last.b, h / last.h)
+                    last.h = h
+                    ended = STOPPED
+                    break
             else:
                 # Not (growth > ...), so that a NaN shortens as well.
                 plan = wp.float64(0.25) * h
                 if good == 1 and growth > wp.float64(0.02):
                     plan = growth * h
             if not (plan > SHORTEST * wp.abs(t - leg.begin)):
-                lost = wp.int32(1)
+                ended = LOST
         flights.x[i] = x
         flights.x_rest[i] = x_rest
         flights.v[i] = v
@@ -223,36 +295,14 @@ def radau_kernel(kinds_used, lanes: int):
         flights.last[i] = last
         flights.plan[i] = plan
         flights.miss[i] = miss
-        flights.lost[i] = lost
+        flights.ended[i] = ended
         flights.tau[i] = shortest
         flights.tau_at[i] = shortest_at
         flights.steps[i] = flights.steps[i] + wp.int64(taken)
         flights.evaluations[i] = flights.evaluations[i] + wp.int64(evaluations)
-        running[i] = wp.where(t < leg.until and lost == 0, 1, 0)
+        running[i] = wp.where(t < leg.until and ended == FLYING, 1, 0)
 
     return radau
-
-
-@functools.cache
-def within_of(kinds_used, lanes: int):
-    """Warp function (step, h, pulling, which, window) -> position and velocity at the time h after a step's start.
-
-    The step is repeated up to that time, as the polynomial's error inside a step is far larger than at its end.
-    """
-    settled, mixed = settled_of(kinds_used, lanes), mixed_of(lanes)
-    place = place_of(kinds_used, lanes)
-
-    @wp.func
-    def within(step: Step, h: wp.float64, pulling: Pulling, which: int, window: Window):
-        place(pulling, which, window, step.t, step.t_rest, h)
-        b = scaled(step.b, h / step.h)
-        p, _good, _sweeps = settled(step.x, step.x_rest, step.v, b, h, pulling, which)
-        dx, dv, dv_rest = travelled(step.v, step.v_rest, column(p, 0, 0), mixed(ENDS, p), h)
-        x, x_rest = exactly_added(step.x, step.x_rest, h * step.v)
-        v, v_rest = exactly_added(step.v, step.v_rest, dv)
-        return x + (x_rest + dx), v + (v_rest + dv_rest)
-
-    return within
 
 
 @functools.cache
@@ -279,12 +329,23 @@ def dense_kernel(kinds_used, lanes: int):
         x = flights.x[i]
         v = flights.v[i]
         step = flights.last[i]
-        if step.h > wp.float64(0.0) and times[i] != flights.t[i]:
+        ahead = flights.ended[i] == STOPPED and times[i] >= flights.t[i]
+        if step.h > wp.float64(0.0) and times[i] != flights.t[i] and not ahead:
             x, v = within(step, (times[i] - step.t) - step.t_rest, pulling, which, window)
-        if flights.lost[i] == 1:
+        if flights.ended[i] == LOST:
             x = wp.float64(wp.nan) * x
             v = wp.float64(wp.nan) * v
         positions[i] = x
         velocities[i] = v
 
     return dense
+
+
+@wp.kernel(enable_backward=False)
+def escapes(start: int, until: wp.float64, flights: Flights, particles: ContactParticles):
+    """Note which particles have stopped by the time `until`, and when, once."""
+    i = start + wp.tid()
+    stopped = flights.ended[i] == STOPPED and flights.t[i] <= until
+    if stopped and particles.states[i] != ESCAPED:
+        particles.states[i] = ESCAPED
+        log_event(particles, i, flights.t[i], GONE, flights.x[i], wp.vec3d())

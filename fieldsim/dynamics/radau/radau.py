@@ -9,8 +9,9 @@ import warp as wp
 
 from fieldsim import validate
 from fieldsim.arrays import kept
+from fieldsim.dynamics.contact.particle_state import ContactParticles
 from fieldsim.dynamics.integrators.splittings import Integrator
-from fieldsim.dynamics.radau.kernels import Flights, Leg, Step, dense_kernel, radau_kernel
+from fieldsim.dynamics.radau.kernels import FLYING, Flights, Leg, Step, dense_kernel, escapes, radau_kernel
 from fieldsim.dynamics.radau.nodes import Pulling, Series
 from fieldsim.dynamics.radau.tables import PLACES
 from fieldsim.dynamics.state import columns, renew
@@ -86,7 +87,7 @@ class RadauRun:
             wp.float64: ("t_rest", "plan", "tau_at"),
             Step: ("last",),
             Series: ("miss",),
-            wp.int32: ("lost",),
+            wp.int32: ("ended",),
             wp.int64: ("steps", "evaluations"),
         }
         for dtype, names in kinds.items():
@@ -106,6 +107,7 @@ class RadauRun:
         leg.eta, leg.begin = radau.eta, time
         leg.extent = float(np.abs(rows[:, POSITIONS]).max(initial=0.0) + rows[:, SIZE].max(initial=0.0))
         leg.stride = 0.5 * min(reaches, default=math.inf)
+        leg.escape2 = math.inf if world.escape_radius is None else world.escape_radius**2
         return leg
 
     def restart(self, which, positions, velocities, time: float) -> None:
@@ -154,11 +156,21 @@ class RadauRun:
 
     def step(self, until: float = math.inf) -> None:
         """Advance every particle that is not yet at `until` by one step, at most to the end of the sources' window."""
-        flying = self._flights.lost.numpy() == 0
+        flying = self._flights.ended.numpy() == FLYING
         if flying.any() and (self._flights.t.numpy()[flying] >= self._windows.end).all():
             self._next_window()
         self._leg.until, self._leg.steps = min(until, self._windows.end), 1
         self._fly()
+
+    def flown(self, until: float, particles: ContactParticles) -> tuple[wp.array, wp.array]:
+        """Positions and velocities, Warp arrays (N,) of vec3d, at the time `until`, to which all advance.
+
+        Who has stopped at the escape radius by then is entered in the log and the states of `particles`, once.
+        """
+        self.advance(until)
+        if math.isfinite(self._leg.escape2):
+            launch(escapes, self._count, [until, self._flights], [particles], device=self._device)
+        return self.read(np.full(self._count, until))
 
     def at(self, times) -> tuple[np.ndarray, np.ndarray]:
         """Positions and velocities, (N, 3), at `times`, a number or (N,), within each particle's last step."""

@@ -85,7 +85,7 @@ def surface_jet(kinds_used):
     one = registry.element_jet(moving_kinds).warp(wp.float64)
 
     @wp.func
-    def still(p: wp.vec3d, surfaces: Stages, moment: Moment, later: wp.float64):
+    def still(p: wp.vec3d, surfaces: wp.ref[Stages], moment: Moment, later: wp.float64):
         jet = SurfaceJet()
         f, g, h = fixed(p, surfaces, moment.stage)
         jet.f = f
@@ -94,7 +94,7 @@ def surface_jet(kinds_used):
         return jet
 
     @wp.func
-    def carried(p: wp.vec3d, surfaces: Stages, i: int, share: wp.float64, turn: wp.vec3d, shift: wp.vec3d):
+    def carried(p: wp.vec3d, surfaces: wp.ref[Stages], i: int, share: wp.float64, turn: wp.vec3d, shift: wp.vec3d):
         """The jet of a moving row's element, a share of a twist after the row's stage."""
         q = screw(p, -share * turn, -share * shift)
         f, x, y, z, xx, yy, zz, xy, xz, yz = one(q[0], q[1], q[2], surfaces.moving_rows, surfaces.moving_kinds, i)
@@ -107,7 +107,7 @@ def surface_jet(kinds_used):
         return f, g, h
 
     @wp.func
-    def changing(p: wp.vec3d, surfaces: Stages, moment: Moment, later: wp.float64):
+    def changing(p: wp.vec3d, surfaces: wp.ref[Stages], moment: Moment, later: wp.float64):
         jet = still(p, surfaces, moment, later)
         s = fraction(moment, later)
         weight = wp.abs(jet.f)

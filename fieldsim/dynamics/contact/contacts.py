@@ -15,7 +15,7 @@ from fieldsim.dynamics.contact.selection import (
     Numbers,
     Vectors,
     even,
-    facing,
+    face,
     known,
     least_of,
     nearest_of,
@@ -91,6 +91,12 @@ class Contacts:
 
 
 @wp.func
+def copy_contacts(source: wp.ref[Contacts], target: wp.ref[Contacts]):
+    """Make the target what the source is; what is assigned to a name, Warp copies once more where branches meet."""
+    target = source  # noqa: F841
+
+
+@wp.func
 def tolerance(p: wp.vec3d, radius: wp.float64, grain: wp.float64):
     """The accuracy of gaps of a sphere at p, a length."""
     return wp.max(TOLERANCE * grain, ROUNDING * (wp.length(p) + radius))
@@ -117,7 +123,7 @@ def nearest_from(kinds_used):
         center: wp.vec3d,
         radius: wp.float64,
         grain: wp.float64,
-        surfaces: Stages,
+        surfaces: wp.ref[Stages],
         moment: Moment,
         later: wp.float64,
     ):
@@ -229,7 +235,7 @@ def beginning_at(kinds_used):
     inner_fixed, inner_moving = _inner_of(fixed_kinds), _inner_of(moving_kinds)
 
     @wp.func
-    def still(i: int, which: int, center: wp.vec3d, within: wp.float64, surfaces: Stages, moment: Moment,
+    def still(i: int, which: int, center: wp.vec3d, within: wp.float64, surfaces: wp.ref[Stages], moment: Moment,
               later: wp.float64):  # fmt: skip
         result = Beginning()
         x, y, z = foot_fixed(center[0], center[1], center[2], surfaces.rows, surfaces.kinds, i, which)
@@ -241,7 +247,7 @@ def beginning_at(kinds_used):
         return result
 
     @wp.func
-    def changing(i: int, which: int, center: wp.vec3d, within: wp.float64, surfaces: Stages, moment: Moment,
+    def changing(i: int, which: int, center: wp.vec3d, within: wp.float64, surfaces: wp.ref[Stages], moment: Moment,
                  later: wp.float64):  # fmt: skip
         fixed = surfaces.kinds.shape[0]
         if i < fixed:
@@ -265,40 +271,68 @@ def beginning_at(kinds_used):
     return changing if moving_kinds else still
 
 
+@wp.func
+def place_of(contacts: wp.ref[Contacts], near: wp.ref[Nearest], gap: wp.float64, close: wp.float64, same: wp.float64):
+    """Where there is place for what a search found, with its gap; -1 if nowhere, or if it is known.
+
+    close: gaps that differ by no more are equal; same: points that near to each other are one.
+    """
+    if known(contacts.count, contacts.points, near.point, same):
+        return wp.int32(-1)
+    if contacts.count == MOST and even(contacts.gaps, gap, close):
+        return spread(contacts.normals, near.normal)
+    return place_for(gap, contacts.count, contacts.gaps)
+
+
+@wp.func
+def put(contacts: wp.ref[Contacts], place: int, near: wp.ref[Nearest], gap: wp.float64):
+    """Put what a search found in a place."""
+    contacts.count = wp.max(contacts.count, place + 1)
+    contacts.gaps[place] = gap
+    contacts.speeds[place] = near.speed
+    contacts.normals[place] = near.normal
+    contacts.points[place] = near.point
+    contacts.turns[place] = near.turn
+    contacts.shifts[place] = near.shift
+
+
 @functools.cache
 def contacts_at(kinds_used):
-    """Warp function (centre, radius, horizon, grain, surfaces, moment, time after it, earlier) -> Contacts nearer.
+    """Warp function (centre, radius, horizon, grain, surfaces, moment, time after it, contacts).
 
-    That is, than the horizon. earlier: contacts of the ball somewhere near, whose points searches begin from; a
-    `Contacts()` where none are known.
+    It finds the contacts with gaps below the horizon. contacts: where they are put; searches begin from the points that
+    are known there, of the same ball somewhere near.
     """
     feet = max(map(most_feet, kinds_used))
     begin = beginning_at(kinds_used)
     search = nearest_from(kinds_used)
     jet_of = surface_jet(kinds_used)
 
-    # One function, since contacts are much to copy, and one copy of its code: it is called in many places.
+    # One copy of its code, not inlined: it is called in many places.
     @wp.func(inline=False)
-    def contacts(
+    def find(
         center: wp.vec3d,
         radius: wp.float64,
         horizon: wp.float64,
         grain: wp.float64,
-        surfaces: Stages,
+        surfaces: wp.ref[Stages],
         moment: Moment,
         later: wp.float64,
-        earlier: Contacts,
+        contacts: wp.ref[Contacts],
     ):
-        result = Contacts()
-        result.horizon = horizon
-        result.least = horizon
+        starts = contacts.points
+        starting = contacts.count
+        contacts.count = wp.int32(0)
+        contacts.which = wp.int32(0)
+        contacts.horizon = horizon
+        contacts.least = horizon
         through = wp.int32(0)
         for i in range(surfaces.kinds.shape[0] + surfaces.moving):
             for which in range(wp.int32(feet)):  # no constant, for which Warp would write the loop out
                 beginning = begin(i, which, center, radius + horizon, surfaces, moment, later)
                 start = beginning.start
-                searching = beginning.near == 1 and not known(result.count, result.points, start, BASIN * grain)
-                start = nearest_of(earlier.count, earlier.points, start, BASIN * grain)
+                searching = beginning.near == 1 and not known(contacts.count, contacts.points, start, BASIN * grain)
+                start = nearest_of(starting, starts, start, BASIN * grain)
                 # Once more where the first search forked.
                 for _ in range(wp.where(searching, 2, 0)):
                     if not searching:
@@ -310,31 +344,19 @@ def contacts_at(kinds_used):
                     gap = wp.length(o) - radius
                     if wp.dot(o, near.normal) < wp.float64(0.0):
                         gap = -wp.length(o) - radius
-                    place = wp.int32(-1)
                     if near.found == 1 and gap < horizon:
-                        if not known(result.count, result.points, near.point, SAME * grain):
-                            if result.count == MOST and even(result.gaps, gap, touching(center, radius, grain)):
-                                place = spread(result.normals, near.normal)
-                            else:
-                                place = place_for(gap, result.count, result.gaps)
-                    if place >= 0:
-                        result.count = wp.max(result.count, place + 1)
-                        result.gaps[place] = gap
-                        result.speeds[place] = near.speed
-                        result.normals[place] = near.normal
-                        result.points[place] = near.point
-                        result.turns[place] = near.turn
-                        result.shifts[place] = near.shift
-                        if gap + radius < wp.float64(0.0):
-                            through = wp.int32(1)
+                        place = place_of(contacts, near, gap, touching(center, radius, grain), SAME * grain)
+                        if place >= 0:
+                            put(contacts, place, near, gap)
+                            if gap + radius < wp.float64(0.0):
+                                through = wp.int32(1)
         if through == 1:
             # A centre outside sees the far side of a body through it: that is no contact.
             jet = jet_of(center, surfaces, moment, later)
             if jet.f < wp.float64(1.0):
-                result.gaps = facing(result.gaps, radius, horizon)
-        if result.count > 0:
-            result.which = least_of(result.count, result.gaps)
-            result.least = result.gaps[result.which]
-        return result
+                face(contacts.gaps, radius, horizon)
+        if contacts.count > 0:
+            contacts.which = least_of(contacts.count, contacts.gaps)
+            contacts.least = contacts.gaps[contacts.which]
 
-    return contacts
+    return find

@@ -12,7 +12,7 @@ import functools
 
 import warp as wp
 
-from fieldsim.dynamics.contact.contacts import Contacts, contacts_at, tolerance
+from fieldsim.dynamics.contact.contacts import Contacts, contacts_at, copy_contacts, tolerance
 from fieldsim.dynamics.contact.particle_state import ContactParticle
 from fieldsim.sources.margins import margin_at, sweep_at
 from fieldsim.sources.moments import Moment, fraction
@@ -31,7 +31,7 @@ REFINEMENTS = wp.constant(64)
 class Motion:
     """A particle under way: position, velocity, acceleration there, the time within the step, spin and state.
 
-    known: 1 if `here` are the contacts at that position and time.
+    here: contacts; known: 1 if they are those at that position and time, else they are some known before.
     """
 
     x: wp.vec3d
@@ -45,41 +45,41 @@ class Motion:
 
 
 @wp.func
-def position_at(x: wp.vec3d, v: wp.vec3d, a: wp.vec3d, t: wp.float64):
+def position_at(m: wp.ref[Motion], t: wp.float64):
     """Position after a further time t of free flight."""
-    return x + t * (v + wp.float64(0.5) * t * a)
+    return m.x + t * (m.v + wp.float64(0.5) * t * m.a)
 
 
 @wp.func
-def gap_rate(normal: wp.vec3d, speed: wp.float64, v: wp.vec3d):
-    """Rate of change of a contact's gap at the velocity v; normal, speed: the surface's."""
-    return wp.dot(normal, v) - speed
+def gap_rate(contacts: wp.ref[Contacts], k: int, v: wp.vec3d):
+    """Rate of change of a contact's gap at the velocity v."""
+    return wp.dot(contacts.normals[k], v) - contacts.speeds[k]
 
 
 @functools.cache
 def refined_contact(kinds_used):
-    """Warp function (motion, ball, surfaces, moment, low, high, horizon) -> time of contact between low and high.
+    """Warp function (motion, ball, surfaces, moment, low, high, horizon, there) -> time of contact in between.
 
     low: outside; high: inside. Newton's method within the bracket, halving it where Newton leaves it; the outside end
-    is returned.
+    is returned. there: contacts known near, and then those at the last time tried.
     """
-    contacts_of = contacts_at(kinds_used)
+    find = contacts_at(kinds_used)
 
     @wp.func
     def refined(
-        m: Motion,
-        ball: ContactParticle,
-        surfaces: Stages,
+        m: wp.ref[Motion],
+        ball: wp.ref[ContactParticle],
+        surfaces: wp.ref[Stages],
         moment: Moment,
         low: wp.float64,
         high: wp.float64,
         horizon: wp.float64,
+        there: wp.ref[Contacts],
     ):
         t = wp.float64(0.5) * (low + high)
-        there = Contacts()
         for k in range(REFINEMENTS):
-            p = position_at(m.x, m.v, m.a, t)
-            there = contacts_of(p, ball.radius, horizon, ball.grain, surfaces, moment, t, there)
+            p = position_at(m, t)
+            find(p, ball.radius, horizon, ball.grain, surfaces, moment, t, there)
             close = tolerance(p, ball.radius, ball.grain)
             if there.least < wp.float64(0.0):
                 high = t
@@ -89,9 +89,7 @@ def refined_contact(kinds_used):
                     break
             step = wp.float64(wp.nan)
             if there.count > 0:
-                step = -(there.least - wp.float64(0.5) * close) / gap_rate(
-                    there.normals[there.which], there.speeds[there.which], m.v + t * m.a
-                )
+                step = -(there.least - wp.float64(0.5) * close) / gap_rate(there, there.which, m.v + t * m.a)
             t = t + step
             # Not (low < t < high), so that a NaN is caught as well; every fourth time the bracket is halved anyway.
             if not (t > low and t < high) or k % 4 == 3:
@@ -113,57 +111,52 @@ def minimum_of(g0: wp.float64, d0: wp.float64, g1: wp.float64, d1: wp.float64):
 
 @functools.cache
 def contact_within(kinds_used):
-    """Warp function (..., contacts at both ends of a piece of path) -> a time in it with the ball inside, or -1."""
-    contacts_of = contacts_at(kinds_used)
+    """Warp function (motion, ball, surfaces, moment, begin, contacts at the end, end, horizon) -> a time inside, or -1.
+
+    Of a piece of path between the times `begin`, at which m.here are the contacts, and `end`.
+    """
+    find = contacts_at(kinds_used)
 
     @wp.func
     def crossing(
-        m: Motion,
-        ball: ContactParticle,
-        surfaces: Stages,
+        m: wp.ref[Motion],
+        ball: wp.ref[ContactParticle],
+        surfaces: wp.ref[Stages],
         moment: Moment,
-        first: Contacts,
         begin: wp.float64,
-        last: Contacts,
+        last: wp.ref[Contacts],
         end: wp.float64,
         horizon: wp.float64,
     ):
-        high = wp.float64(-1.0)
         if last.least < wp.float64(0.0):
-            high = end
+            return end
         span = end - begin
-        for k in range(first.count):
-            d0 = span * gap_rate(first.normals[k], first.speeds[k], m.v + begin * m.a)
-            if high < wp.float64(0.0) and d0 < wp.float64(0.0):
+        dip = Contacts()
+        for k in range(m.here.count):
+            d0 = span * gap_rate(m.here, k, m.v + begin * m.a)
+            if d0 < wp.float64(0.0):
                 for j in range(last.count):
-                    d1 = span * gap_rate(last.normals[j], last.speeds[j], m.v + end * m.a)
-                    same = wp.dot(first.normals[k], last.normals[j]) > ALIKE
-                    if high < wp.float64(0.0) and same and d1 > wp.float64(0.0):
-                        u, value = minimum_of(first.gaps[k], d0, last.gaps[j], d1)
+                    d1 = span * gap_rate(last, j, m.v + end * m.a)
+                    if wp.dot(m.here.normals[k], last.normals[j]) > ALIKE and d1 > wp.float64(0.0):
+                        u, value = minimum_of(m.here.gaps[k], d0, last.gaps[j], d1)
                         if value < CHECK_BELOW * ball.grain and u > wp.float64(0.0) and u < wp.float64(1.0):
                             t = begin + u * span
-                            p = position_at(m.x, m.v, m.a, t)
-                            there = contacts_of(p, ball.radius, horizon, ball.grain, surfaces, moment, t, first)
-                            if there.least < wp.float64(0.0):
-                                high = t
-        return high
+                            copy_contacts(m.here, dip)
+                            find(position_at(m, t), ball.radius, horizon, ball.grain, surfaces, moment, t, dip)
+                            if dip.least < wp.float64(0.0):
+                                return t
+        return wp.float64(-1.0)
 
     return crossing
 
 
-@wp.struct
-class Passage:
-    """What a flight meets: the time of first contact, or -1; and the contacts at its end, if known is 1."""
-
-    time: wp.float64
-    known: wp.int32
-    there: Contacts
-
-
 @functools.cache
 def first_contact(kinds_used):
-    """Warp function (motion, contacts there, ball, surfaces, moment, duration) -> Passage."""
-    contacts_of = contacts_at(kinds_used)
+    """Warp function (motion, ball, surfaces, moment, duration) -> the time of first contact of a flight, or -1.
+
+    The motion's contacts become others of the flight: known, at its end, or where none are known.
+    """
+    find = contacts_at(kinds_used)
     crossing = contact_within(kinds_used)
     refined = refined_contact(kinds_used)
     margin = margin_at(kinds_used)
@@ -171,10 +164,9 @@ def first_contact(kinds_used):
 
     @wp.func
     def first(
-        m: Motion,
-        here: Contacts,
-        ball: ContactParticle,
-        surfaces: Stages,
+        m: wp.ref[Motion],
+        ball: wp.ref[ContactParticle],
+        surfaces: wp.ref[Stages],
         moment: Moment,
         duration: wp.float64,
     ):
@@ -182,42 +174,40 @@ def first_contact(kinds_used):
         piece = duration
         if speed * duration > ball.grain:
             piece = ball.grain / speed
-        passage = Passage()
-        passage.time = wp.float64(-1.0)
-        known = wp.int32(1)
+        found = wp.float64(-1.0)
+        there = Contacts()
+        m.known = wp.int32(1)
         t = wp.float64(0.0)
         for _ in range(PIECES):
-            p = position_at(m.x, m.v, m.a, t)
+            p = position_at(m, t)
             room = margin(p, surfaces, moment.stage, fraction(moment, t)) - ball.radius
             if room > ball.grain:
                 t = t + room / speed
-                known = wp.int32(0)
+                m.known = wp.int32(0)
             else:
                 span = wp.min(piece, duration - t)
                 # What is nearer than a piece is long can be touched in it.
                 horizon = wp.float64(1.01) * speed * span
-                if known == 0 or here.horizon < horizon:
-                    here = contacts_of(p, ball.radius, horizon, ball.grain, surfaces, moment, t, here)
-                if here.least >= speed * span:
-                    t = t + here.least / speed
-                    known = wp.int32(0)
+                if m.known == 0 or m.here.horizon < horizon:
+                    find(p, ball.radius, horizon, ball.grain, surfaces, moment, t, m.here)
+                if m.here.least >= speed * span:
+                    t = t + m.here.least / speed
+                    m.known = wp.int32(0)
                 else:
                     end = t + span
-                    q = position_at(m.x, m.v, m.a, end)
-                    there = contacts_of(q, ball.radius, horizon, ball.grain, surfaces, moment, end, here)
-                    if here.least + there.least < speed * span:
-                        high = crossing(m, ball, surfaces, moment, here, t, there, end, horizon)
+                    copy_contacts(m.here, there)
+                    find(position_at(m, end), ball.radius, horizon, ball.grain, surfaces, moment, end, there)
+                    if m.here.least + there.least < speed * span:
+                        high = crossing(m, ball, surfaces, moment, t, there, end, horizon)
                         if high >= wp.float64(0.0):
-                            passage.time = refined(m, ball, surfaces, moment, t, high, horizon)
+                            found = refined(m, ball, surfaces, moment, t, high, horizon, there)
+                            m.known = wp.int32(0)
                             break
-                    here = there
-                    known = wp.int32(1)
+                    m.here = there
+                    m.known = wp.int32(1)
                     t = end
             if not (t < duration):
-                if known == 1:
-                    passage.known = wp.int32(1)
-                    passage.there = here
                 break
-        return passage
+        return found
 
     return first

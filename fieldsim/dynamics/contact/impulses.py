@@ -20,17 +20,8 @@ SWEEPS = wp.constant(1000)
 _coulomb = coulomb.warp(wp.float64)
 
 
-@wp.struct
-class Settled:
-    """Velocity and spin after impulses, and the impulse along each contact's normal."""
-
-    v: wp.vec3d
-    spin: wp.vec3d
-    presses: Numbers
-
-
 @wp.func
-def grounds_of(contacts: Contacts, x: wp.vec3d, ball: ContactParticle, dt: wp.float64):
+def grounds_of(contacts: wp.ref[Contacts], x: wp.vec3d, ball: wp.ref[ContactParticle], dt: wp.float64):
     """Velocities of the ground at each contact.
 
     For a ball that rolls, of the material at its point of contact. Other balls are assumed to rotate with the ground,
@@ -58,7 +49,7 @@ def rubbed(
     spin: wp.vec3d,
     ground: wp.vec3d,
     normal: wp.vec3d,
-    ball: ContactParticle,
+    ball: wp.ref[ContactParticle],
     total: wp.vec3d,
     press: wp.float64,
 ):
@@ -72,23 +63,23 @@ def rubbed(
 
 @functools.cache
 def settle(pressing: bool):
-    """Warp function (v, spin, count, normals, active, targets, presses, grounds, ball) -> Settled.
+    """Warp function (v, spin, contacts, active, targets, presses, grounds, ball) that changes v and spin by impulses.
 
-    active: 1 for those of `count` contacts that act; targets: least velocities along the normals afterwards.
-    pressing: whether the impulses along the normals are found; otherwise they are given, and there is friction alone.
+    active: 1 for those contacts that act; targets: least velocities along the normals afterwards; presses: the impulses
+    along the normals, 0 at first. pressing: whether these are found; otherwise they are given, and there is friction
+    alone.
     """
 
     @wp.func(inline=False)
-    def settled(
-        v: wp.vec3d,
-        spin: wp.vec3d,
-        count: int,
-        normals: Vectors,
-        active: Numbers,
-        targets: Numbers,
-        presses: Numbers,
-        grounds: Vectors,
-        ball: ContactParticle,
+    def impel(
+        v: wp.ref[wp.vec3d],
+        spin: wp.ref[wp.vec3d],
+        contacts: wp.ref[Contacts],
+        active: wp.ref[Numbers],
+        targets: wp.ref[Numbers],
+        presses: wp.ref[Numbers],
+        grounds: wp.ref[Vectors],
+        ball: wp.ref[ContactParticle],
     ):
         rubs = Vectors()
         alone = wp.dot(active, active) <= wp.float64(1.0)
@@ -96,10 +87,10 @@ def settle(pressing: bool):
         for rubbing in range(wp.where(ball.friction > wp.float64(0.0), 2, 1)):
             for _ in range(SWEEPS):
                 change = wp.float64(0.0)
-                for k in range(count):
+                for k in range(contacts.count):
                     if active[k] != wp.float64(0.0):
-                        normal = normals[k]
-                        before = v
+                        normal = contacts.normals[k]
+                        before = wp.vec3d(v)
                         if wp.static(pressing):
                             press = wp.max(presses[k] + targets[k] - wp.dot(v, normal), wp.float64(0.0))
                             v = v + (press - presses[k]) * normal
@@ -110,10 +101,5 @@ def settle(pressing: bool):
                         change = wp.max(change, wp.length(v - before))
                 if alone or change <= SETTLED * (wp.length(v) + change):
                     break
-        result = Settled()
-        result.v = v
-        result.spin = spin
-        result.presses = presses
-        return result
 
-    return settled
+    return impel

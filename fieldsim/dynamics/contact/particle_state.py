@@ -72,7 +72,7 @@ WRITTEN = ("states", "spins", "bounces", "logged", "times", "kinds", "places", "
 
 
 @wp.func
-def contact_particle(balls: ContactParticles, i: int):
+def contact_particle(balls: wp.ref[ContactParticles], i: int):
     """The ball of particle i."""
     ball = ContactParticle()
     ball.index = i
@@ -92,13 +92,14 @@ def makes_events(law: wp.int32):
 
 
 @wp.func
-def step_start(balls: ContactParticles, step: int, dt: wp.float64):
+def step_start(balls: wp.ref[ContactParticles], step: int, dt: wp.float64):
     """Time at which a step of the launch begins: the same number however a run is cut into launches."""
     return balls.begin + wp.float64(balls.first + step) * dt
 
 
 @wp.func
-def log_event(balls: ContactParticles, i: int, time: wp.float64, kind: wp.int32, place: wp.vec3d, impulse: wp.vec3d):
+def log_event(balls: wp.ref[ContactParticles], i: int, time: wp.float64, kind: wp.int32, place: wp.vec3d,
+              impulse: wp.vec3d):  # fmt: skip
     """Append an event to the log."""
     made = balls.logged[i]
     slot = i * balls.kept + made % balls.kept

@@ -12,7 +12,7 @@ from fieldsim.sources.stages import Stages
 
 
 @wp.func
-def violated(contacts: Contacts, radius: wp.float64):
+def violated(contacts: wp.ref[Contacts], radius: wp.float64):
     """The contact to leave by: of a centre within the body the nearest way out, else where the ball reaches deepest."""
     found = contacts.which
     out = wp.float64(-wp.inf)
@@ -27,13 +27,15 @@ def violated(contacts: Contacts, radius: wp.float64):
 @functools.cache
 def push_out(kinds_used):
     """Warp function (centre, ball, surfaces, moment, time after it) -> the centre from where the ball only touches."""
-    contacts_of = contacts_at(kinds_used)
+    find = contacts_at(kinds_used)
 
     @wp.func
-    def push(p: wp.vec3d, ball: ContactParticle, surfaces: Stages, moment: Moment, later: wp.float64):
+    def push(p: wp.vec3d, ball: wp.ref[ContactParticle], surfaces: wp.ref[Stages], moment: Moment, later: wp.float64):
+        there = Contacts()
         for _ in range(REFINEMENTS):
             horizon = touching(p, ball.radius, ball.grain)
-            there = contacts_of(p, ball.radius, horizon, ball.grain, surfaces, moment, later, Contacts())
+            there.count = wp.int32(0)
+            find(p, ball.radius, horizon, ball.grain, surfaces, moment, later, there)
             if not there.least < wp.float64(0.0):
                 break
             k = violated(there, ball.radius)
@@ -50,19 +52,20 @@ def set_down(kinds_used):
 
     horizon: from how far; what is farther stays.
     """
-    contacts_of = contacts_at(kinds_used)
+    find = contacts_at(kinds_used)
     push = push_out(kinds_used)
 
     @wp.func
     def down(
         p: wp.vec3d,
-        ball: ContactParticle,
-        surfaces: Stages,
+        ball: wp.ref[ContactParticle],
+        surfaces: wp.ref[Stages],
         moment: Moment,
         later: wp.float64,
         horizon: wp.float64,
     ):
-        there = contacts_of(p, ball.radius, horizon, ball.grain, surfaces, moment, later, Contacts())
+        there = Contacts()
+        find(p, ball.radius, horizon, ball.grain, surfaces, moment, later, there)
         close = tolerance(p, ball.radius, ball.grain)
         if there.count > 0 and there.least > close:
             p = there.points[there.which] + (ball.radius + wp.float64(0.5) * close) * there.normals[there.which]

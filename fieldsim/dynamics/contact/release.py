@@ -46,7 +46,7 @@ def released(
 @functools.cache
 def release_kernel(surface_kinds):
     """Kernel that moves colliding particles found inside a surface out of it; `inside` (N,) marks them."""
-    contacts_of = contacts_at(surface_kinds)
+    find = contacts_at(surface_kinds)
     push = push_out(surface_kinds)
     margin = margin_at(surface_kinds)
 
@@ -66,7 +66,8 @@ def release_kernel(surface_kinds):
         inside[i] = 0
         if makes_events(ball.law) and margin(x, surfaces, 0, wp.float64(0.0)) < ball.radius:
             close = touching(x, ball.radius, ball.grain)
-            here = contacts_of(x, ball.radius, close, ball.grain, surfaces, moment, wp.float64(0.0), Contacts())
+            here = Contacts()
+            find(x, ball.radius, close, ball.grain, surfaces, moment, wp.float64(0.0), here)
             if here.least < -close:
                 inside[i] = 1
                 positions[i] = push(x, ball, surfaces, moment, wp.float64(0.0))

@@ -27,7 +27,7 @@ _pressed = pressed.warp(wp.float64)
 @functools.cache
 def repulsion_at(surface_kinds):
     """Warp function (point, radius, stiffness, reach, grain, surfaces, moment) -> (energy, force) per unit mass."""
-    contacts_of = contacts_at(surface_kinds)
+    find = contacts_at(surface_kinds)
 
     @wp.func
     def repulsion(
@@ -36,10 +36,11 @@ def repulsion_at(surface_kinds):
         stiffness: wp.float64,
         reach: wp.float64,
         grain: wp.float64,
-        surfaces: Stages,
+        surfaces: wp.ref[Stages],
         moment: Moment,
     ):
-        here = contacts_of(p, radius, reach, grain, surfaces, moment, wp.float64(0.0), Contacts())
+        here = Contacts()
+        find(p, radius, reach, grain, surfaces, moment, wp.float64(0.0), here)
         # The law's depth^3 / 3 with a depth of 1 on the surface.
         strength = wp.float64(3.0) * stiffness / (reach * reach * reach)
         energy = wp.float64(0.0)
@@ -66,12 +67,12 @@ def repelled_step(gravity_kinds, surface_kinds):
 
     @wp.func
     def step(
-        m: Motion,
+        m: wp.ref[Motion],
         stage: int,
-        ball: ContactParticle,
-        balls: ContactParticles,
-        gravity: Stages,
-        surfaces: Stages,
+        ball: wp.ref[ContactParticle],
+        balls: wp.ref[ContactParticles],
+        gravity: wp.ref[Stages],
+        surfaces: wp.ref[Stages],
         dt: wp.float64,
     ):
         stiffness = balls.stiffnesses[ball.index]
@@ -88,7 +89,6 @@ def repelled_step(gravity_kinds, surface_kinds):
         moment.t = dt
         _e, back = repulsion(m.x, ball.radius, stiffness, reach, ball.grain, surfaces, moment)
         m.v = m.v + half * (m.a + back)
-        return m
 
     return step
 

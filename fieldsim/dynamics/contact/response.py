@@ -11,7 +11,7 @@ import functools
 
 import warp as wp
 
-from fieldsim.dynamics.contact.contacts import Contacts, Numbers, contacts_at, touching
+from fieldsim.dynamics.contact.contacts import Numbers, contacts_at, touching
 from fieldsim.dynamics.contact.event_detection import Motion, first_contact
 from fieldsim.dynamics.contact.impulses import grounds_of, settle
 from fieldsim.dynamics.contact.particle_state import (
@@ -49,29 +49,25 @@ _settle = settle(True)
 
 @functools.cache
 def flight(gravity_kinds, surface_kinds):
-    """Warp function that flies a particle to its next contact or to the step's end -> (motion, whether it hit)."""
+    """Warp function that flies a particle to its next contact or to the step's end -> 1 if it hit."""
     first = first_contact(surface_kinds)
     pull = pull_between(gravity_kinds)
 
     @wp.func
-    def fly(m: Motion, here: Contacts, ball: ContactParticle, gravity: Stages, surfaces: Stages, moment: Moment):
+    def fly(m: wp.ref[Motion], ball: wp.ref[ContactParticle], gravity: wp.ref[Stages], surfaces: wp.ref[Stages],
+            moment: Moment):  # fmt: skip
         h = moment.dt - moment.t
-        passage = first(m, here, ball, surfaces, moment, h)
-        result = m
-        result.known = passage.known
-        result.t = moment.dt
-        if passage.known == 1:
-            result.here = passage.there
-        if passage.time >= wp.float64(0.0):
-            h = passage.time
-            result.t = moment.t + h
+        m.t = moment.dt
+        met = first(m, ball, surfaces, moment, h)
+        if met >= wp.float64(0.0):
+            h = met
+            m.t = moment.t + h
         half = wp.float64(0.5) * h
         v = m.v + half * m.a
-        result.x = m.x + h * v
-        a = pull(result.x, gravity, moment.stage, result.t / moment.dt)
-        result.a = a
-        result.v = v + half * a
-        return result, wp.where(passage.time >= wp.float64(0.0), 1, 0)
+        m.x = m.x + h * v
+        m.a = pull(m.x, gravity, moment.stage, m.t / moment.dt)
+        m.v = v + half * m.a
+        return wp.where(met >= wp.float64(0.0), 1, 0)
 
     return fly
 
@@ -94,21 +90,21 @@ class Meeting:
 
 
 @wp.func
-def meeting_of(m: Motion, here: Contacts, ball: ContactParticle, dt: wp.float64):
+def meeting_of(m: wp.ref[Motion], ball: wp.ref[ContactParticle], dt: wp.float64):
     """What a ball does to the contacts that touch, and they to it."""
     result = Meeting()
     result.which = wp.int32(-1)
-    result.active = touched(here, m.x, ball)
+    result.active = touched(m.here, m.x, ball)
     result.leaving = wp.float64(wp.inf)
-    for k in range(here.count):
-        result.targets[k] = here.speeds[k]
+    for k in range(m.here.count):
+        result.targets[k] = m.here.speeds[k]
         if result.active[k] != wp.float64(0.0):
-            leaving = wp.dot(m.v, here.normals[k]) - here.speeds[k]
-            slow = slow_at(here.normals[k], m.a, dt)
+            leaving = wp.dot(m.v, m.here.normals[k]) - m.here.speeds[k]
+            slow = slow_at(m.here.normals[k], m.a, dt)
             result.hits = result.hits or leaving < -slow
             if wp.abs(leaving) > slow:
                 # What is being left, if the others press on it, throws back no more than came: else energy is made.
-                result.targets[k] = here.speeds[k] - ball.restitution * leaving
+                result.targets[k] = m.here.speeds[k] - ball.restitution * leaving
             if leaving <= slow and slow > wp.float64(0.0):
                 result.rests = True
             if leaving < result.leaving:
@@ -118,7 +114,7 @@ def meeting_of(m: Motion, here: Contacts, ball: ContactParticle, dt: wp.float64)
 
 
 @wp.func
-def hops_no_more(m: Motion, meeting: Meeting, ball: ContactParticle, still: int):
+def hops_no_more(m: wp.ref[Motion], meeting: wp.ref[Meeting], ball: wp.ref[ContactParticle], still: int):
     """Whether a ball that has hit many times in a step slides from now on; still: 1 if no surface moves."""
     elastic = still == 1 and ball.restitution == wp.float64(1.0)
     return not elastic or -meeting.leaving <= SKIMMING * wp.length(m.v)
@@ -128,10 +124,10 @@ def hops_no_more(m: Motion, meeting: Meeting, ball: ContactParticle, still: int)
 def contact_step(gravity_kinds, surface_kinds):
     """Warp function: one whole step near a surface, from `stage` to the next, begun at `time`.
 
-    Returns (motion, number of hits). Where surfaces do not move, the contacts at the end are reused by the next step.
+    Returns the number of hits. Where surfaces do not move, the contacts at the end are reused by the next step.
     """
     still = wp.constant(wp.int32(0 if surface_kinds[1] else 1))
-    contacts_of = contacts_at(surface_kinds)
+    find = contacts_at(surface_kinds)
     push = push_out(surface_kinds)
     sweep = sweep_at(surface_kinds)
     support = supported(gravity_kinds, surface_kinds)
@@ -141,34 +137,42 @@ def contact_step(gravity_kinds, surface_kinds):
     repelled = repelled_step(gravity_kinds, surface_kinds)
 
     @wp.func
-    def horizon_of(m: Motion, ball: ContactParticle, surfaces: Stages, stage: int, dt: wp.float64):
+    def horizon_of(m: wp.ref[Motion], ball: wp.ref[ContactParticle], surfaces: wp.ref[Stages], stage: int,
+                   dt: wp.float64):  # fmt: skip
         """How far contacts matter: what can be reached within the step, or a grain."""
         path = dt * (wp.length(m.v) + dt * wp.length(m.a)) + sweep(surfaces, stage)
         least = wp.float64(2.0) * touching(m.x, ball.radius, ball.grain)
         return wp.max(wp.min(path, ball.grain), least)
 
     @wp.func
-    def absorbed(m: Motion, here: Contacts, ball: ContactParticle, dt: wp.float64):
+    def absorbed(m: wp.ref[Motion], ball: wp.ref[ContactParticle], dt: wp.float64):
         """The velocity of a ball that sticks at once."""
-        grounds = grounds_of(here, m.x, ball, dt)
-        u = grounds[here.which]
-        n = here.normals[here.which]
-        return u + (here.speeds[here.which] - wp.dot(u, n)) * n
+        grounds = grounds_of(m.here, m.x, ball, dt)
+        u = grounds[m.here.which]
+        n = m.here.normals[m.here.which]
+        return u + (m.here.speeds[m.here.which] - wp.dot(u, n)) * n
+
+    @wp.func
+    def bounce(m: wp.ref[Motion], met: wp.ref[Meeting], ball: wp.ref[ContactParticle], dt: wp.float64):
+        """Change velocity and spin as all contacts that touch do together."""
+        grounds = grounds_of(m.here, m.x, ball, dt)
+        presses = Numbers()
+        _settle(m.v, m.spin, m.here, met.active, met.targets, presses, grounds, ball)
 
     @wp.func
     def step(
-        m: Motion,
+        m: wp.ref[Motion],
         stage: int,
         time: wp.float64,
-        ball: ContactParticle,
-        balls: ContactParticles,
-        gravity: Stages,
-        surfaces: Stages,
+        ball: wp.ref[ContactParticle],
+        balls: wp.ref[ContactParticles],
+        gravity: wp.ref[Stages],
+        surfaces: wp.ref[Stages],
         dt: wp.float64,
     ):
         if ball.law == REPULSION:
-            m = repelled(m, stage, ball, balls, gravity, surfaces, dt)
-            return m, wp.int32(0)
+            repelled(m, stage, ball, balls, gravity, surfaces, dt)
+            return wp.int32(0)
         hits = wp.int32(0)
         hit = wp.int32(0)
         moment = Moment()
@@ -178,44 +182,36 @@ def contact_step(gravity_kinds, surface_kinds):
         m.known = m.known * still
         for _ in range(EVENTS):
             moment.t = m.t
-            here = m.here
             needed = horizon_of(m, ball, surfaces, stage, dt)
             # Farther than needed, so that the next step, if a little faster, knows enough.
             horizon = SPARE * needed
-            if m.known == 0 or here.horizon < needed:
-                here = contacts_of(m.x, ball.radius, horizon, ball.grain, surfaces, moment, wp.float64(0.0), here)
-            if here.least < -touching(m.x, ball.radius, ball.grain):
+            if m.known == 0 or m.here.horizon < needed:
+                find(m.x, ball.radius, horizon, ball.grain, surfaces, moment, wp.float64(0.0), m.here)
+            if m.here.least < -touching(m.x, ball.radius, ball.grain):
                 m.x = push(m.x, ball, surfaces, moment, wp.float64(0.0))
-                here = contacts_of(m.x, ball.radius, horizon, ball.grain, surfaces, moment, wp.float64(0.0), here)
+                find(m.x, ball.radius, horizon, ball.grain, surfaces, moment, wp.float64(0.0), m.here)
                 m.a = pull(m.x, gravity, stage, m.t / dt)
             if m.state == ABSORBED:
-                x, v, there = carry(m.x, here, ball, surfaces, moment, dt - m.t)
-                m.x = x
-                m.v = v
-                m.here = there
+                carry(m, ball, surfaces, moment, dt - m.t)
                 m.t = dt
                 break
-            met = meeting_of(m, here, ball, dt)
+            met = meeting_of(m, ball, dt)
             touches = met.which >= 0
             many_hits = hits >= MOST_HITS and hops_no_more(m, met, ball, still)
-            before = m.v
+            before = wp.vec3d(m.v)
             if touches and ball.law == ABSORB:
                 if met.leaving <= wp.float64(0.0):
                     m.state = ABSORBED
-                    m.v = absorbed(m, here, ball, dt)
-                    log_event(balls, ball.index, time + m.t, TAKEN, here.points[here.which], m.v - before)
+                    m.v = absorbed(m, ball, dt)
+                    log_event(balls, ball.index, time + m.t, TAKEN, m.here.points[m.here.which], m.v - before)
                     hits += 1
                     hit = wp.int32(0)
-                    m.here = here
                     m.known = wp.int32(1)
                     continue
             elif touches and met.hits and not many_hits:
-                grounds = grounds_of(here, m.x, ball, dt)
-                end = _settle(m.v, m.spin, here.count, here.normals, met.active, met.targets, Numbers(), grounds, ball)
-                m.v = end.v
-                m.spin = end.spin
-                log_event(balls, ball.index, time + m.t, HIT, here.points[met.which], m.v - before)
-                met = meeting_of(m, here, ball, dt)
+                bounce(m, met, ball, dt)
+                log_event(balls, ball.index, time + m.t, HIT, m.here.points[met.which], m.v - before)
+                met = meeting_of(m, ball, dt)
                 hit = wp.int32(1)
             hits += hit
             hit = wp.int32(0)
@@ -223,18 +219,18 @@ def contact_step(gravity_kinds, surface_kinds):
                 if m.state != RESTING:
                     m.state = RESTING
                     fall = wp.max(-met.leaving, wp.float64(0.0))
-                    normal = here.normals[met.which]
-                    log_event(balls, ball.index, time + m.t, LAND, here.points[met.which], fall * normal)
-                m = support(m, here, met.active, ball, gravity, surfaces, moment, horizon)
+                    log_event(
+                        balls, ball.index, time + m.t, LAND, m.here.points[met.which], fall * m.here.normals[met.which]
+                    )
+                support(m, met.active, ball, gravity, surfaces, moment, horizon)
                 m.known = wp.int32(1)
             else:
                 m.state = MOVING
-                m, hit = fly(m, here, ball, gravity, surfaces, moment)
+                hit = fly(m, ball, gravity, surfaces, moment)
             if m.t >= dt:
                 break
         if m.t < dt:  # more than EVENTS events: the particle stays in place until the end of the step
-            a = pull(m.x, gravity, stage, wp.float64(1.0))
-            m.a = a
-        return m, hits
+            m.a = pull(m.x, gravity, stage, wp.float64(1.0))
+        return hits
 
     return step

@@ -10,7 +10,7 @@ Vectors = wp.types.matrix((MOST, 3), wp.float64)
 
 
 @wp.func
-def known(count: int, points: Vectors, p: wp.vec3d, within: wp.float64):
+def known(count: int, points: wp.ref[Vectors], p: wp.vec3d, within: wp.float64):
     """Whether one of `count` points is that near to p."""
     for k in range(count):
         if wp.length(points[k] - p) <= within:
@@ -19,7 +19,7 @@ def known(count: int, points: Vectors, p: wp.vec3d, within: wp.float64):
 
 
 @wp.func
-def nearest_of(count: int, points: Vectors, p: wp.vec3d, within: wp.float64):
+def nearest_of(count: int, points: wp.ref[Vectors], p: wp.vec3d, within: wp.float64):
     """The nearest of `count` points to p that is that near, else p itself."""
     found = p
     best = within
@@ -32,7 +32,7 @@ def nearest_of(count: int, points: Vectors, p: wp.vec3d, within: wp.float64):
 
 
 @wp.func
-def place_for(gap: wp.float64, count: int, gaps: Numbers):
+def place_for(gap: wp.float64, count: int, gaps: wp.ref[Numbers]):
     """Where there is place for a contact: behind the others, or instead of one with a greater gap; -1 if nowhere."""
     if count < MOST:
         return count
@@ -46,7 +46,7 @@ def place_for(gap: wp.float64, count: int, gaps: Numbers):
 
 
 @wp.func
-def spread(normals: Vectors, normal: wp.vec3d):
+def spread(normals: wp.ref[Vectors], normal: wp.vec3d):
     """Of a full set of contacts and one more, which to give up for it, or -1 for itself: one of the two most alike.
 
     What lies on more posts than contacts are kept then leans on those around it, not on those of one side.
@@ -65,7 +65,7 @@ def spread(normals: Vectors, normal: wp.vec3d):
 
 
 @wp.func
-def even(gaps: Numbers, gap: wp.float64, within: wp.float64):
+def even(gaps: wp.ref[Numbers], gap: wp.float64, within: wp.float64):
     """Whether all gaps are as great as the given one."""
     for k in range(MOST):
         if wp.abs(gaps[k] - gap) > within:
@@ -74,16 +74,15 @@ def even(gaps: Numbers, gap: wp.float64, within: wp.float64):
 
 
 @wp.func
-def facing(gaps: Numbers, radius: wp.float64, horizon: wp.float64):
-    """The gaps of a ball whose centre is outside, those to the far sides of bodies as if at the horizon."""
+def face(gaps: wp.ref[Numbers], radius: wp.float64, horizon: wp.float64):
+    """Of a ball whose centre is outside, put the far sides of bodies as if at the horizon."""
     for k in range(MOST):
         if gaps[k] + radius < wp.float64(0.0):
             gaps[k] = horizon
-    return gaps
 
 
 @wp.func
-def least_of(count: int, gaps: Numbers):
+def least_of(count: int, gaps: wp.ref[Numbers]):
     """Which of `count` gaps is the least."""
     which = wp.int32(0)
     for k in range(1, count):

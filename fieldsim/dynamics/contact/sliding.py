@@ -16,11 +16,12 @@ from fieldsim.dynamics.contact.contacts import (
     Numbers,
     Vectors,
     contacts_at,
+    copy_contacts,
     tolerance,
     touching,
 )
 from fieldsim.dynamics.contact.event_detection import ALIKE, REFINEMENTS, Motion
-from fieldsim.dynamics.contact.impulses import Settled, grounds_of, settle
+from fieldsim.dynamics.contact.impulses import grounds_of, settle
 from fieldsim.dynamics.contact.particle_state import ContactParticle
 from fieldsim.dynamics.contact.placing import push_out, set_down
 from fieldsim.sources.field import field_at
@@ -46,12 +47,12 @@ def pull_between(kinds_used):
     field = field_at(kinds_used)
 
     @wp.func
-    def still(p: wp.vec3d, gravity: Stages, stage: int, s: wp.float64):
+    def still(p: wp.vec3d, gravity: wp.ref[Stages], stage: int, s: wp.float64):
         _f, g = field(p, gravity, stage)
         return g
 
     @wp.func
-    def changing(p: wp.vec3d, gravity: Stages, stage: int, s: wp.float64):
+    def changing(p: wp.vec3d, gravity: wp.ref[Stages], stage: int, s: wp.float64):
         _f1, g = field(p, gravity, stage + 1)
         if s < wp.float64(1.0):
             _f0, g0 = field(p, gravity, stage)
@@ -68,7 +69,7 @@ def slow_at(normal: wp.vec3d, a: wp.vec3d, dt: wp.float64):
 
 
 @wp.func
-def touched(contacts: Contacts, x: wp.vec3d, ball: ContactParticle):
+def touched(contacts: wp.ref[Contacts], x: wp.vec3d, ball: wp.ref[ContactParticle]):
     """1 for the contacts that touch."""
     active = Numbers()
     close = touching(x, ball.radius, ball.grain)
@@ -80,63 +81,65 @@ def touched(contacts: Contacts, x: wp.vec3d, ball: ContactParticle):
 
 @functools.cache
 def carry_along(kinds_used):
-    """Warp function that moves a ball with the material for a time -> (position, velocity, contacts there)."""
+    """Warp function (motion, ball, surfaces, moment, duration) that moves a ball with the material for a time."""
     moving = len(kinds_used[1]) > 0
-    contacts_of = contacts_at(kinds_used)
+    find = contacts_at(kinds_used)
     down = set_down(kinds_used)
 
     @wp.func
-    def stay(
-        x: wp.vec3d, here: Contacts, ball: ContactParticle, surfaces: Stages, moment: Moment, duration: wp.float64
-    ):
-        return x, wp.vec3d(), here
+    def stay(m: wp.ref[Motion], ball: wp.ref[ContactParticle], surfaces: wp.ref[Stages], moment: Moment,
+             duration: wp.float64):  # fmt: skip
+        m.v = wp.vec3d()
 
     @wp.func
-    def carry(
-        x: wp.vec3d, here: Contacts, ball: ContactParticle, surfaces: Stages, moment: Moment, duration: wp.float64
-    ):
-        turn = here.turns[here.which]
-        shift = here.shifts[here.which]
+    def carry(m: wp.ref[Motion], ball: wp.ref[ContactParticle], surfaces: wp.ref[Stages], moment: Moment,
+              duration: wp.float64):  # fmt: skip
+        turn = m.here.turns[m.here.which]
+        shift = m.here.shifts[m.here.which]
         share = duration / moment.dt
-        x = screw(x, share * turn, share * shift)
         # What grows or melts together comes nearer or goes away besides.
-        x = down(x, ball, surfaces, moment, duration, wp.float64(0.5) * ball.grain)
-        there = contacts_of(x, ball.radius, here.horizon, ball.grain, surfaces, moment, duration, here)
-        u = (wp.cross(turn, x) + shift) / moment.dt
-        if there.count > 0:
-            n = there.normals[there.which]
-            u = u + (there.speeds[there.which] - wp.dot(u, n)) * n
-        return x, u, there
+        x = screw(m.x, share * turn, share * shift)
+        m.x = down(x, ball, surfaces, moment, duration, wp.float64(0.5) * ball.grain)
+        find(m.x, ball.radius, m.here.horizon, ball.grain, surfaces, moment, duration, m.here)
+        u = (wp.cross(turn, m.x) + shift) / moment.dt
+        if m.here.count > 0:
+            n = m.here.normals[m.here.which]
+            u = u + (m.here.speeds[m.here.which] - wp.dot(u, n)) * n
+        m.v = u
 
     return carry if moving else stay
 
 
 @wp.func
-def sticks(m: Motion, here: Contacts, active: Numbers, grounds: Vectors, ball: ContactParticle, h: wp.float64,
-           dt: wp.float64):  # fmt: skip
+def sticks(m: wp.ref[Motion], active: wp.ref[Numbers], grounds: wp.ref[Vectors], ball: wp.ref[ContactParticle],
+           h: wp.float64, dt: wp.float64):  # fmt: skip
     """Whether the contacts can end all motion relative to the material within h, and hold the ball there."""
-    ground = grounds[here.which]
-    turn = here.turns[here.which]
+    which = m.here.which
+    ground = grounds[which]
+    turn = m.here.turns[which]
     # In the frame of the material, which is accelerated towards its axis.
     a = m.a - wp.cross(turn, ground) / dt
-    end = _settle(m.v + h * a, m.spin, here.count, here.normals, active, here.speeds, Numbers(), grounds, ball)
+    v = m.v + h * a
+    spin = wp.vec3d(m.spin)
+    presses = Numbers()
+    _settle(v, spin, m.here, active, m.here.speeds, presses, grounds, ball)
     size = HELD * (wp.length(m.v - ground) + h * wp.length(a))
-    rest = end.v - ground
-    n = here.normals[here.which]
-    rest = rest - (here.speeds[here.which] - wp.dot(ground, n)) * n
-    held = wp.length(rest) <= size and wp.length(end.presses) > wp.float64(0.0)
+    rest = v - ground
+    n = m.here.normals[which]
+    rest = rest - (m.here.speeds[which] - wp.dot(ground, n)) * n
+    held = wp.length(rest) <= size and wp.length(presses) > wp.float64(0.0)
     if ball.mobility != wp.float64(1.0):
-        held = held and ball.radius * wp.length(end.spin - turn / dt) <= size
+        held = held and ball.radius * wp.length(spin - turn / dt) <= size
     return held
 
 
 @wp.func
-def matching(count: int, normals: Vectors, normal: wp.vec3d):
-    """Which of `count` normals is most like the given one; -1 if none is like it."""
+def matching(contacts: wp.ref[Contacts], normal: wp.vec3d):
+    """Which contact's normal is most like the given one; -1 if none is like it."""
     found = wp.int32(-1)
     best = ALIKE
-    for j in range(count):
-        like = wp.dot(normals[j], normal)
+    for j in range(contacts.count):
+        like = wp.dot(contacts.normals[j], normal)
         if like > best:
             best = like
             found = j
@@ -144,11 +147,12 @@ def matching(count: int, normals: Vectors, normal: wp.vec3d):
 
 
 @wp.func
-def in_place(here: Contacts, there: Contacts, active: Numbers, lifts: Numbers, close: wp.float64):
+def in_place(here: wp.ref[Contacts], there: wp.ref[Contacts], active: wp.ref[Numbers], lifts: wp.ref[Numbers],
+             close: wp.float64):  # fmt: skip
     """Whether all active contacts are as they must be: touching where there is a lift, else not reached into."""
     for k in range(here.count):
         if active[k] != wp.float64(0.0):
-            j = matching(there.count, there.normals, here.normals[k])
+            j = matching(there, here.normals[k])
             gap = wp.float64(wp.inf)
             if j >= 0:
                 gap = there.gaps[j]
@@ -158,15 +162,16 @@ def in_place(here: Contacts, there: Contacts, active: Numbers, lifts: Numbers, c
 
 
 @wp.func
-def lifted(here: Contacts, there: Contacts, active: Numbers, lifts: Numbers, close: wp.float64):
+def lifted(here: wp.ref[Contacts], there: wp.ref[Contacts], active: wp.ref[Numbers], lifts: wp.ref[Numbers],
+           close: wp.float64):  # fmt: skip
     """Lifts along the normals at the start that, to first order, put all contacts in place at the end."""
-    result = lifts
+    result = Numbers(lifts)
     for _ in range(SWEEPS):
         change = wp.float64(0.0)
         for k in range(here.count):
             if active[k] != wp.float64(0.0):
                 normal = here.normals[k]
-                j = matching(there.count, there.normals, normal)
+                j = matching(there, normal)
                 value = wp.float64(0.0)
                 if j >= 0:
                     outward = there.normals[j]
@@ -182,98 +187,93 @@ def lifted(here: Contacts, there: Contacts, active: Numbers, lifts: Numbers, clo
     return result
 
 
-@wp.struct
-class Slide:
-    """A drift along the surface: place, velocity, spin, contacts there, and how far each contact lifted the ball."""
-
-    x: wp.vec3d
-    v: wp.vec3d
-    spin: wp.vec3d
-    there: Contacts
-    lifts: Numbers
-
-
 @functools.cache
 def slide_on(surface_kinds):
-    """Warp function: half a kick and a drift along the surface -> Slide."""
-    contacts_of = contacts_at(surface_kinds)
+    """Warp function: half a kick and a drift along the surface -> how far each contact lifted the ball.
+
+    Moves m.x, m.v and m.spin; m.here stays, and there become the contacts at the end.
+    """
+    find = contacts_at(surface_kinds)
 
     @wp.func
     def slide(
-        m: Motion,
-        here: Contacts,
-        active: Numbers,
-        grounds: Vectors,
-        ball: ContactParticle,
-        surfaces: Stages,
+        m: wp.ref[Motion],
+        there: wp.ref[Contacts],
+        active: wp.ref[Numbers],
+        grounds: wp.ref[Vectors],
+        ball: wp.ref[ContactParticle],
+        surfaces: wp.ref[Stages],
         moment: Moment,
         h: wp.float64,
         horizon: wp.float64,
     ):
-        result = Slide()
-        result.v = m.v + wp.float64(0.5) * h * m.a
-        result.spin = m.spin
-        result.there = here
-        x = m.x + h * result.v
+        count = m.here.count
+        lifts = Numbers()
+        nothing = Numbers()
+        m.v = m.v + wp.float64(0.5) * h * m.a
+        x = m.x + h * m.v
         close = tolerance(x, ball.radius, ball.grain)
         rub = ball.friction > wp.float64(0.0)
+        copy_contacts(m.here, there)
         for _ in range(REFINEMENTS):
-            result.there = contacts_of(x, ball.radius, horizon, ball.grain, surfaces, moment, h, result.there)
-            if not rub and in_place(here, result.there, active, result.lifts, close):
+            find(x, ball.radius, horizon, ball.grain, surfaces, moment, h, there)
+            if not rub and in_place(m.here, there, active, lifts, close):
                 break
-            lifts = lifted(here, result.there, active, result.lifts, close)
-            for k in range(here.count):
-                x = x + (lifts[k] - result.lifts[k]) * here.normals[k]
-            result.lifts = lifts
+            further = lifted(m.here, there, active, lifts, close)
+            for k in range(count):
+                x = x + (further[k] - lifts[k]) * m.here.normals[k]
+            lifts = further
             if rub:
                 # What the lifts take away is no slip.
-                along = result.v
-                for k in range(here.count):
-                    along = along + (lifts[k] / h) * here.normals[k]
-                rubbed = _rub(along, result.spin, here.count, here.normals, active, Numbers(), lifts / h, grounds, ball)
-                x = x + h * (rubbed.v - along)
-                result.v = result.v + (rubbed.v - along)
-                result.spin = rubbed.spin
+                along = wp.vec3d(m.v)
+                for k in range(count):
+                    along = along + (lifts[k] / h) * m.here.normals[k]
+                rubbed = wp.vec3d(along)
+                presses = lifts / h
+                _rub(rubbed, m.spin, m.here, active, nothing, presses, grounds, ball)
+                x = x + h * (rubbed - along)
+                m.v = m.v + (rubbed - along)
                 rub = False
-        result.x = x
-        for k in range(here.count):
-            result.v = result.v + (result.lifts[k] / h) * here.normals[k]
-        return result
+        m.x = x
+        for k in range(count):
+            m.v = m.v + (lifts[k] / h) * m.here.normals[k]
+        return lifts
 
     return slide
 
 
 @wp.func
-def held_on(here: Contacts, slid: Slide, ball: ContactParticle):
+def held_on(m: wp.ref[Motion], there: wp.ref[Contacts], lifts: wp.ref[Numbers], ball: wp.ref[ContactParticle]):
     """1 for the contacts at the end of a slide that hold the ball: they touch, and their likes lifted it."""
     active = Numbers()
-    close = touching(slid.x, ball.radius, ball.grain)
-    for k in range(here.count):
-        if slid.lifts[k] > wp.float64(0.0):
-            j = matching(slid.there.count, slid.there.normals, here.normals[k])
-            if j >= 0 and slid.there.gaps[j] <= close:
+    close = touching(m.x, ball.radius, ball.grain)
+    for k in range(m.here.count):
+        if lifts[k] > wp.float64(0.0):
+            j = matching(there, m.here.normals[k])
+            if j >= 0 and there.gaps[j] <= close:
                 active[j] = wp.float64(1.0)
     return active
 
 
 @wp.func
-def time_along(m: Motion, here: Contacts, active: Numbers, ball: ContactParticle, h: wp.float64, dt: wp.float64):
+def time_along(m: wp.ref[Motion], active: wp.ref[Numbers], ball: wp.ref[ContactParticle], h: wp.float64,
+               dt: wp.float64):  # fmt: skip
     """How long a ball may slide at once: no farther than a grain, nor into what it is yet to hit."""
     speed = wp.length(m.v)
     if speed * h > ball.grain:
         h = ball.grain / speed
-    for k in range(here.count):
+    for k in range(m.here.count):
         if active[k] == wp.float64(0.0):
-            closing = here.speeds[k] - wp.dot(m.v, here.normals[k])
-            if closing > slow_at(here.normals[k], m.a, dt) and here.gaps[k] < closing * h:
-                h = wp.max(here.gaps[k] / closing, wp.float64(1e-6) * h)
+            closing = m.here.speeds[k] - wp.dot(m.v, m.here.normals[k])
+            if closing > slow_at(m.here.normals[k], m.a, dt) and m.here.gaps[k] < closing * h:
+                h = wp.max(m.here.gaps[k] / closing, wp.float64(1e-6) * h)
     return h
 
 
 @functools.cache
 def supported(gravity_kinds, surface_kinds):
     """Warp function that moves a touching ball: with the surface, along it, or off it where no force presses it on."""
-    contacts_of = contacts_at(surface_kinds)
+    find = contacts_at(surface_kinds)
     push = push_out(surface_kinds)
     pull = pull_between(gravity_kinds)
     carry = carry_along(surface_kinds)
@@ -281,59 +281,42 @@ def supported(gravity_kinds, surface_kinds):
 
     @wp.func
     def support(
-        m: Motion,
-        here: Contacts,
-        active: Numbers,
-        ball: ContactParticle,
-        gravity: Stages,
-        surfaces: Stages,
+        m: wp.ref[Motion],
+        active: wp.ref[Numbers],
+        ball: wp.ref[ContactParticle],
+        gravity: wp.ref[Stages],
+        surfaces: wp.ref[Stages],
         moment: Moment,
         horizon: wp.float64,
     ):
         h = moment.dt - moment.t
-        grounds = grounds_of(here, m.x, ball, moment.dt)
+        m.t = moment.dt
+        grounds = grounds_of(m.here, m.x, ball, moment.dt)
         # Landing: remove what is left of the approach; its impulses allow friction.
-        landed = _settle(m.v, m.spin, here.count, here.normals, active, here.speeds, Numbers(), grounds, ball)
-        m.v = landed.v
-        m.spin = landed.spin
-        result = m
-        result.t = moment.dt
-        if sticks(m, here, active, grounds, ball, h, moment.dt):
-            x, v, there = carry(m.x, here, ball, surfaces, moment, h)
-            result.x = x
-            result.v = v
+        presses = Numbers()
+        _settle(m.v, m.spin, m.here, active, m.here.speeds, presses, grounds, ball)
+        if sticks(m, active, grounds, ball, h, moment.dt):
             if ball.mobility != wp.float64(1.0):
-                result.spin = here.turns[here.which] / moment.dt
-            result.here = there
-            a = pull(x, gravity, moment.stage, wp.float64(1.0))
-            result.a = a
-            return result
-        part = time_along(m, here, active, ball, h, moment.dt)
+                m.spin = m.here.turns[m.here.which] / moment.dt
+            carry(m, ball, surfaces, moment, h)
+            m.a = pull(m.x, gravity, moment.stage, wp.float64(1.0))
+            return
+        part = time_along(m, active, ball, h, moment.dt)
         if part < h:
             h = part
-            result.t = moment.t + h
-        slid = slide(m, here, active, grounds, ball, surfaces, moment, h, horizon)
-        x = slid.x
-        there = slid.there
-        holds = held_on(here, slid, ball)
-        if there.least < -touching(x, ball.radius, ball.grain):
-            x = push(x, ball, surfaces, moment, h)
-            there = contacts_of(x, ball.radius, horizon, ball.grain, surfaces, moment, h, there)
-            slid.x = x
-            slid.there = there
-            holds = held_on(here, slid, ball)
-        a = pull(x, gravity, moment.stage, result.t / moment.dt)
-        end = Settled()
-        end.v = slid.v + wp.float64(0.5) * h * a
-        end.spin = slid.spin
+            m.t = moment.t + h
+        there = Contacts()
+        lifts = slide(m, there, active, grounds, ball, surfaces, moment, h, horizon)
+        if there.least < -touching(m.x, ball.radius, ball.grain):
+            m.x = push(m.x, ball, surfaces, moment, h)
+            find(m.x, ball.radius, horizon, ball.grain, surfaces, moment, h, there)
+        holds = held_on(m, there, lifts, ball)
+        m.here = there
+        m.a = pull(m.x, gravity, moment.stage, m.t / moment.dt)
+        m.v = m.v + wp.float64(0.5) * h * m.a
         if wp.length(holds) > wp.float64(0.0):
-            grounds = grounds_of(there, x, ball, moment.dt)
-            end = _settle(end.v, end.spin, there.count, there.normals, holds, there.speeds, Numbers(), grounds, ball)
-        result.x = x
-        result.v = end.v
-        result.a = a
-        result.spin = end.spin
-        result.here = there
-        return result
+            grounds = grounds_of(m.here, m.x, ball, moment.dt)
+            presses = Numbers()
+            _settle(m.v, m.spin, m.here, holds, m.here.speeds, presses, grounds, ball)
 
     return support

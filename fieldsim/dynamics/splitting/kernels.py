@@ -67,7 +67,7 @@ def near_step_of(gravity_kinds, surface_kinds):
     """Warp function: one step of one particle that may come near a surface, taken as leapfrog steps cut at contacts.
 
     Of (index, x, v, a, how far a free step may take it, step, dt, method, gravity at the stages of the leapfrog steps,
-    surfaces, balls, motions) -> NearStep; motions (N,): what is kept between steps.
+    surfaces, balls, motion) -> NearStep; motion: what is kept between steps.
     """
     field = field_at(gravity_kinds)
     near = contact_step(gravity_kinds, surface_kinds)
@@ -84,11 +84,11 @@ def near_step_of(gravity_kinds, surface_kinds):
         travel: wp.float64,
         step: int,
         dt: wp.float64,
-        method: Method,
-        gravity: Stages,
-        surfaces: Stages,
-        balls: ContactParticles,
-        motions: wp.array(dtype=Motion),
+        method: wp.ref[Method],
+        gravity: wp.ref[Stages],
+        surfaces: wp.ref[Stages],
+        balls: wp.ref[ContactParticles],
+        m: wp.ref[Motion],
     ):
         result = NearStep()
         result.room = wp.float64(-1.0)
@@ -98,7 +98,6 @@ def near_step_of(gravity_kinds, surface_kinds):
             result.room = margin(x, surfaces, step * parts, wp.float64(0.0)) - ball.radius - travel
         if result.room >= wp.float64(0.0):
             return result
-        m = motions[i]
         m.x = x
         m.v = v
         m.a = a
@@ -107,16 +106,14 @@ def near_step_of(gravity_kinds, surface_kinds):
         if method.continued == 0:
             _f, g = field(x, gravity, step * parts)
             m.a = g
-        last_a = m.a
+        last_a = wp.vec3d(m.a)
         short = dt / wp.float64(parts)
         for k in range(parts):
             time = step_start(balls, step, dt) + wp.float64(k) * short
-            m, found = near(m, step * parts + k, time, ball, balls, gravity, surfaces, short)
-            result.hits += found
+            result.hits += near(m, step * parts + k, time, ball, balls, gravity, surfaces, short)
         same = m.x == x and m.v == v and m.a == last_a and m.spin == balls.spins[i]
         if still == 1 and result.hits == 0 and same:
             result.resting = wp.int32(1)
-        motions[i] = m
         balls.spins[i] = m.spin
         balls.states[i] = m.state
         result.x = m.x
@@ -193,7 +190,7 @@ def contact_kernel(gravity_kinds, surface_kinds, gradients: bool, lanes: int):
                 if rooms[k] < wp.float64(0.0):
                     passed = near_step(
                         i, column(p, X, k), column(p, V, k), column(p, A, k), travel,
-                        step, dt, method, gravity_near, surfaces, balls, motions,
+                        step, dt, method, gravity_near, surfaces, balls, motions[i],
                     )  # fmt: skip
                     rooms[k] = passed.room
                     balls.bounces[i] = balls.bounces[i] + passed.hits
@@ -205,9 +202,7 @@ def contact_kernel(gravity_kinds, surface_kinds, gradients: bool, lanes: int):
                     balls.states[i] = MOVING
                     if near[k] == 1:
                         near[k] = wp.int32(0)
-                        m = motions[i]
-                        m.known = wp.int32(0)
-                        motions[i] = m
+                        motions[i].known = wp.int32(0)
                 x = column(q, X, k)
                 if done[k] == 0 and wp.dot(x, x) > balls.escape2:
                     balls.states[i] = ESCAPED

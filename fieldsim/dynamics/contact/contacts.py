@@ -1,93 +1,51 @@
-"""All contacts of a sphere: the nearest points of the surface F = 1 to its centre, as Warp functions.
+"""Contacts of a sphere: what is known of them, and for how small a way it stays so, as Warp functions.
 
-Around each of these points the surface is nowhere nearer; where it surrounds a ball, as a groove or the rim of a hole
-does, there are several. The search begins at the *feet* of all elements near enough (the nearest points of their
-primitives) and walks from there along the true surface, elements blended (see `nearest`).
+They are found in `search`.
 """
 
 import functools
 
 import warp as wp
 
-from fieldsim.dynamics.contact.nearest import nearest_step
-from fieldsim.dynamics.contact.selection import (
-    MOST,
-    Numbers,
-    Vectors,
-    even,
-    face,
-    known,
-    least_of,
-    nearest_of,
-    place_for,
-    spread,
-)
-from fieldsim.potentials import registry
-from fieldsim.potentials.bounds.feet import foot_of, most_feet
-from fieldsim.sources.moments import Moment, fraction, surface_jet
-from fieldsim.sources.rows import ALONE, REACH, shift_of, turn_of
-from fieldsim.sources.stages import Stages
-from fieldsim.sources.surface_velocity import screw
+from fieldsim.dynamics.contact.selection import MOST, Numbers, Vectors
 
 # Gaps in units of the surfaces' grain: the accuracy of a place of contact, and the greatest that counts as touching.
 TOLERANCE = wp.constant(wp.float64(1e-10))
 TOUCHING = wp.constant(wp.float64(1e-9))
 # Rounding of a gap in units of the coordinates.
 ROUNDING = wp.constant(wp.float64(4e-15))
-# Steps of a search. It ends with a step of this share of the length over which the surface bends; the error is about
-# its square. Where the gap is CLEAR times as long as a step of that share of it, no more is to be known.
-STEPS = wp.constant(60)
-CLOSE = wp.constant(wp.float64(3e-6))
-ROUGH = wp.constant(wp.float64(1e-3))
-CLEAR = wp.constant(wp.float64(3.0))
-# Points nearer to each other than this share of the grain are one.
-SAME = wp.constant(wp.float64(1e-3))
-# Where one search begins within this share of the grain of what another has found, it would find the same.
-BASIN = wp.constant(wp.float64(0.25))
-# Where 1 + h k is below, a point is the farthest along its line; the search goes on to both sides.
-SADDLE = wp.constant(wp.float64(-1e-6))
-ASIDE = wp.constant(wp.float64(0.1))
-TINY = wp.constant(wp.float64(1e-200))
+# What is known of contacts serves after the ball has moved, if their normals turn by less than this: as a place where
+# a search begins; and in place of a search, if the ball moves by less than this share of the grain along the surface.
+FOLLOWED = wp.constant(wp.float64(0.1))
+DISPLACED = wp.constant(wp.float64(1e-5))
 
-_step = nearest_step.warp(wp.float64)
-
-
-@wp.struct
-class Nearest:
-    """What a search found: the point, its outward normal, the surface's speed along it, and the twist of the material.
-
-    found: 1 where it ended. aside, forked: where another search is to begin, if forked is 1.
-    """
-
-    found: wp.int32
-    point: wp.vec3d
-    normal: wp.vec3d
-    speed: wp.float64
-    turn: wp.vec3d
-    shift: wp.vec3d
-    forked: wp.int32
-    aside: wp.vec3d
+# A symmetric matrix (xx, yy, zz, xy, xz, yz), and one of each contact.
+Bend = wp.types.vector(6, wp.float64)
+Bends = wp.types.matrix((MOST, 6), wp.float64)
 
 
 @wp.struct
 class Contacts:
-    """Contacts of a sphere with gaps below `horizon`: `count` of them, in no order.
+    """Contacts of a sphere about `center` with gaps below `horizon`: `count` of them, in no order.
 
     gaps: distances of the sphere from the surface, negative where it reaches in; normals: outward from the body;
-    points: of the surface; speeds: of the surface along the normal; turns, shifts: twists of the material per step.
-    least: the least gap, or the horizon if that is less; which: whose it is.
+    points: of the surface; speeds: of the surface along the normal; turns, shifts: twists of the material per step;
+    bends: how the normals turn as the centre moves (see `nearest.normal_turn`), where the surfaces stand still. least:
+    the least gap, or the horizon if that is less; which: whose it is.
     """
 
     count: wp.int32
     which: wp.int32
     least: wp.float64
     horizon: wp.float64
+    center: wp.vec3d
     gaps: Numbers
     speeds: Numbers
     normals: Vectors
     points: Vectors
     turns: Vectors
     shifts: Vectors
+    bends: Bends
 
 
 @wp.func
@@ -108,255 +66,62 @@ def touching(p: wp.vec3d, radius: wp.float64, grain: wp.float64):
     return wp.max(TOUCHING * grain, wp.float64(4.0) * ROUNDING * (wp.length(p) + radius))
 
 
-@functools.cache
-def nearest_from(kinds_used):
-    """Warp function (start, foot, centre, radius, grain, surfaces, moment, time after it) -> Nearest.
-
-    The search begins at `start`; where there is no field it goes towards the foot.
-    """
-    jet_of = surface_jet(kinds_used)
-
-    @wp.func(inline=False)
-    def search(
-        start: wp.vec3d,
-        foot: wp.vec3d,
-        center: wp.vec3d,
-        radius: wp.float64,
-        grain: wp.float64,
-        surfaces: wp.ref[Stages],
-        moment: Moment,
-        later: wp.float64,
-    ):
-        result = Nearest()
-        q = start
-        for _ in range(STEPS):
-            jet = jet_of(q, surfaces, moment, later)
-            g = jet.gradient
-            slope = wp.length(g)
-            if not (jet.f > TINY and slope > TINY):
-                toward = wp.float64(0.5) * (foot - q)
-                q = q + toward
-                if wp.length(toward) <= SAME * grain:
-                    break
-                continue
-            o = center - q
-            h = jet.hessian
-            longest = wp.max(wp.float64(0.5) * wp.length(q - foot), wp.float64(0.5) * grain)
-            dx, dy, dz, nx, ny, nz, least, ex, ey, ez, bend = _step(
-                o[0], o[1], o[2], jet.f, g[0], g[1], g[2],
-                h[0, 0], h[1, 1], h[2, 2], h[0, 1], h[0, 2], h[1, 2], longest,
-            )  # fmt: skip
-            d = wp.vec3d(dx, dy, dz)
-            size = wp.length(d)
-            scale = wp.min(bend, grain)
-            if least < SADDLE and result.forked == 0 and size <= ASIDE * scale:
-                # The farthest point along its line: to both sides it is nearer.
-                e = ASIDE * scale * wp.vec3d(ex, ey, ez)
-                result.forked = wp.int32(1)
-                result.aside = q - e
-                q = q + e
-                continue
-            q = q + d
-            clear = size <= ROUGH * scale and wp.abs(wp.length(center - q) - radius) > CLEAR * size
-            if clear or size <= CLOSE * scale:
-                result.found = wp.int32(1)
-                result.point = q
-                n = wp.vec3d(nx, ny, nz)
-                result.normal = n
-                result.turn = jet.turn
-                result.shift = jet.shift
-                # What growth adds to the material's speed along the normal, and what melting together does.
-                u = wp.cross(jet.turn, q - d) + jet.shift
-                grown = (jet.rate + wp.dot(g, u)) / slope
-                result.speed = (wp.dot(wp.cross(jet.turn, q) + jet.shift, n) + grown) / moment.dt
-                break
-        return result
-
-    return search
+@wp.func
+def turned(contacts: wp.ref[Contacts], k: int, d: wp.vec3d):
+    """How the normal of a contact turns, to first order, as the ball moves by d."""
+    b = contacts.bends[k]
+    return wp.vec3d(
+        b[0] * d[0] + b[3] * d[1] + b[4] * d[2],
+        b[3] * d[0] + b[1] * d[1] + b[5] * d[2],
+        b[4] * d[0] + b[5] * d[1] + b[2] * d[2],
+    )
 
 
 @wp.func
-def direction_from(foot: wp.vec3d, center: wp.vec3d):
-    """Unit vector from a foot to the centre; on the skeleton itself, some direction."""
-    away = center - foot
-    size = wp.length(away)
-    if size > wp.float64(0.0):
-        return away / size
-    return wp.vec3d(wp.float64(0.0), wp.float64(0.0), wp.float64(1.0))
+def followed(contacts: wp.ref[Contacts], k: int, center: wp.vec3d, radius: wp.float64):
+    """The point of a contact, to first order, after the ball has moved to a place."""
+    point = contacts.points[k]
+    d = center - contacts.center
+    turn = turned(contacts, k, d)
+    if not wp.length(turn) < FOLLOWED:
+        return point
+    n = contacts.normals[k]
+    return point + d - wp.dot(n, d) * n - (contacts.gaps[k] + radius) * turn
 
 
 @functools.cache
-def _inner_of(kinds: tuple[int, ...]):
-    """Warp function (point, foot, rows, kinds, i) -> where a search from a foot of row i goes that finds no field."""
-    used = [formula for formula in registry.FORMULAS.values() if formula.kind in kinds]
-    inner = {one.kind: one.primitive.inner or one.primitive.feet[0] for one in used if one.primitive.feet}
-    if not any(one.primitive.inner for one in used):
+def displace_over(kinds_used):
+    """Warp function (contacts, centre, radius, grain) -> whether the contacts of a ball that moved there are known.
 
-        @wp.func
-        def at_foot(
-            p: wp.vec3d, foot: wp.vec3d, rows: wp.array2d(dtype=wp.float64), kinds: wp.array(dtype=wp.int32), i: int
-        ):
-            return foot
-
-        return at_foot
-    place = registry.by_kind(inner).warp(wp.float64)
+    They become those there, as right as a search's, if the ball has moved by so little that this is known.
+    """
 
     @wp.func
-    def inside(
-        p: wp.vec3d, foot: wp.vec3d, rows: wp.array2d(dtype=wp.float64), kinds: wp.array(dtype=wp.int32), i: int
-    ):
-        x, y, z = place(p[0], p[1], p[2], rows, kinds, i)
-        return wp.vec3d(x, y, z)
-
-    return inside
-
-
-@wp.struct
-class Beginning:
-    """Where a search begins: the start beside a foot; near: 1 if what it finds can be near enough.
-
-    foot: where the search goes if there is no field: the foot, or another place of the element.
-    """
-
-    near: wp.int32
-    foot: wp.vec3d
-    start: wp.vec3d
-
-
-@functools.cache
-def beginning_at(kinds_used):
-    """Warp function (i, which, centre, within, surfaces, moment, time after it) -> Beginning.
-
-    Of foot number `which` of element i, those that move after those that do not; within: how far from the centre the
-    surface matters.
-    """
-    fixed_kinds, moving_kinds = kinds_used
-    foot_fixed, foot_moving = (foot_of(kinds).warp(wp.float64) for kinds in kinds_used)
-    inner_fixed, inner_moving = _inner_of(fixed_kinds), _inner_of(moving_kinds)
+    def moving(contacts: wp.ref[Contacts], center: wp.vec3d, radius: wp.float64, grain: wp.float64):
+        return False
 
     @wp.func
-    def still(i: int, which: int, center: wp.vec3d, within: wp.float64, surfaces: wp.ref[Stages], moment: Moment,
-              later: wp.float64):  # fmt: skip
-        result = Beginning()
-        x, y, z = foot_fixed(center[0], center[1], center[2], surfaces.rows, surfaces.kinds, i, which)
-        foot = wp.vec3d(x, y, z)
-        if wp.length(foot - center) - surfaces.rows[i, REACH] < within:
-            result.near = wp.int32(1)
-            result.foot = inner_fixed(center, foot, surfaces.rows, surfaces.kinds, i)
-            result.start = foot + surfaces.rows[i, ALONE] * direction_from(foot, center)
-        return result
+    def still(contacts: wp.ref[Contacts], center: wp.vec3d, radius: wp.float64, grain: wp.float64):
+        d = center - contacts.center
+        for k in range(contacts.count):
+            n = contacts.normals[k]
+            along = wp.length(d - wp.dot(n, d) * n)
+            if not (along <= DISPLACED * grain and wp.length(turned(contacts, k, d)) <= DISPLACED):
+                return False
+        contacts.center = center
+        contacts.horizon = contacts.horizon - wp.length(d)
+        contacts.least = contacts.horizon
+        for k in range(contacts.count):
+            turn = turned(contacts, k, d)
+            n = contacts.normals[k]
+            gap = contacts.gaps[k] + wp.dot(n, d) + wp.float64(0.5) * wp.dot(turn, d)
+            n = wp.normalize(n + turn)
+            contacts.gaps[k] = gap
+            contacts.normals[k] = n
+            contacts.points[k] = center - (gap + radius) * n
+            if gap < contacts.least:
+                contacts.least = gap
+                contacts.which = k
+        return True
 
-    @wp.func
-    def changing(i: int, which: int, center: wp.vec3d, within: wp.float64, surfaces: wp.ref[Stages], moment: Moment,
-                 later: wp.float64):  # fmt: skip
-        fixed = surfaces.kinds.shape[0]
-        if i < fixed:
-            return still(i, which, center, within, surfaces, moment, later)
-        result = Beginning()
-        row = moment.stage * surfaces.moving + i - fixed
-        s = fraction(moment, later)
-        turn = s * turn_of(surfaces.moving_rows, row)
-        shift = s * shift_of(surfaces.moving_rows, row)
-        back = screw(center, -turn, -shift)
-        x, y, z = foot_moving(back[0], back[1], back[2], surfaces.moving_rows, surfaces.moving_kinds, row, which)
-        foot = wp.vec3d(x, y, z)
-        if wp.length(foot - back) - surfaces.moving_rows[row, REACH] < within:
-            result.near = wp.int32(1)
-            inner = inner_moving(back, foot, surfaces.moving_rows, surfaces.moving_kinds, row)
-            result.foot = screw(inner, turn, shift)
-            foot = screw(foot, turn, shift)
-            result.start = foot + surfaces.moving_rows[row, ALONE] * direction_from(foot, center)
-        return result
-
-    return changing if moving_kinds else still
-
-
-@wp.func
-def place_of(contacts: wp.ref[Contacts], near: wp.ref[Nearest], gap: wp.float64, close: wp.float64, same: wp.float64):
-    """Where there is place for what a search found, with its gap; -1 if nowhere, or if it is known.
-
-    close: gaps that differ by no more are equal; same: points that near to each other are one.
-    """
-    if known(contacts.count, contacts.points, near.point, same):
-        return wp.int32(-1)
-    if contacts.count == MOST and even(contacts.gaps, gap, close):
-        return spread(contacts.normals, near.normal)
-    return place_for(gap, contacts.count, contacts.gaps)
-
-
-@wp.func
-def put(contacts: wp.ref[Contacts], place: int, near: wp.ref[Nearest], gap: wp.float64):
-    """Put what a search found in a place."""
-    contacts.count = wp.max(contacts.count, place + 1)
-    contacts.gaps[place] = gap
-    contacts.speeds[place] = near.speed
-    contacts.normals[place] = near.normal
-    contacts.points[place] = near.point
-    contacts.turns[place] = near.turn
-    contacts.shifts[place] = near.shift
-
-
-@functools.cache
-def contacts_at(kinds_used):
-    """Warp function (centre, radius, horizon, grain, surfaces, moment, time after it, contacts).
-
-    It finds the contacts with gaps below the horizon. contacts: where they are put; searches begin from the points that
-    are known there, of the same ball somewhere near.
-    """
-    feet = max(map(most_feet, kinds_used))
-    begin = beginning_at(kinds_used)
-    search = nearest_from(kinds_used)
-    jet_of = surface_jet(kinds_used)
-
-    # One copy of its code, not inlined: it is called in many places.
-    @wp.func(inline=False)
-    def find(
-        center: wp.vec3d,
-        radius: wp.float64,
-        horizon: wp.float64,
-        grain: wp.float64,
-        surfaces: wp.ref[Stages],
-        moment: Moment,
-        later: wp.float64,
-        contacts: wp.ref[Contacts],
-    ):
-        starts = contacts.points
-        starting = contacts.count
-        contacts.count = wp.int32(0)
-        contacts.which = wp.int32(0)
-        contacts.horizon = horizon
-        contacts.least = horizon
-        through = wp.int32(0)
-        for i in range(surfaces.kinds.shape[0] + surfaces.moving):
-            for which in range(wp.int32(feet)):  # no constant, for which Warp would write the loop out
-                beginning = begin(i, which, center, radius + horizon, surfaces, moment, later)
-                start = beginning.start
-                searching = beginning.near == 1 and not known(contacts.count, contacts.points, start, BASIN * grain)
-                start = nearest_of(starting, starts, start, BASIN * grain)
-                # Once more where the first search forked.
-                for _ in range(wp.where(searching, 2, 0)):
-                    if not searching:
-                        break
-                    near = search(start, beginning.foot, center, radius, grain, surfaces, moment, later)
-                    searching = near.forked == 1
-                    start = near.aside
-                    o = center - near.point
-                    gap = wp.length(o) - radius
-                    if wp.dot(o, near.normal) < wp.float64(0.0):
-                        gap = -wp.length(o) - radius
-                    if near.found == 1 and gap < horizon:
-                        place = place_of(contacts, near, gap, touching(center, radius, grain), SAME * grain)
-                        if place >= 0:
-                            put(contacts, place, near, gap)
-                            if gap + radius < wp.float64(0.0):
-                                through = wp.int32(1)
-        if through == 1:
-            # A centre outside sees the far side of a body through it: that is no contact.
-            jet = jet_of(center, surfaces, moment, later)
-            if jet.f < wp.float64(1.0):
-                face(contacts.gaps, radius, horizon)
-        if contacts.count > 0:
-            contacts.which = least_of(contacts.count, contacts.gaps)
-            contacts.least = contacts.gaps[contacts.which]
-
-    return find
+    return moving if kinds_used[1] else still

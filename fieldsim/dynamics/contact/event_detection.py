@@ -12,8 +12,9 @@ import functools
 
 import warp as wp
 
-from fieldsim.dynamics.contact.contacts import Contacts, contacts_at, copy_contacts, tolerance
+from fieldsim.dynamics.contact.contacts import Contacts, copy_contacts, tolerance
 from fieldsim.dynamics.contact.particle_state import ContactParticle
+from fieldsim.dynamics.contact.search import contacts_at
 from fieldsim.sources.margins import margin_at, sweep_at
 from fieldsim.sources.moments import Moment, fraction
 from fieldsim.sources.stages import Stages
@@ -180,7 +181,9 @@ def first_contact(kinds_used):
         t = wp.float64(0.0)
         for _ in range(PIECES):
             p = position_at(m, t)
-            room = margin(p, surfaces, moment.stage, fraction(moment, t)) - ball.radius
+            room = wp.float64(0.0)
+            if m.known == 0 or m.here.count == 0:
+                room = margin(p, surfaces, moment.stage, fraction(moment, t)) - ball.radius
             if room > ball.grain:
                 t = t + room / speed
                 m.known = wp.int32(0)
@@ -201,6 +204,7 @@ def first_contact(kinds_used):
                         high = crossing(m, ball, surfaces, moment, t, there, end, horizon)
                         if high >= wp.float64(0.0):
                             found = refined(m, ball, surfaces, moment, t, high, horizon, there)
+                            m.here = there
                             m.known = wp.int32(0)
                             break
                     m.here = there

@@ -176,3 +176,35 @@ def nearest_step(ox: real, oy: real, oz: real, f: real, fx: real, fy: real, fz: 
         ea * az + eb * bz,
         radius,
     )
+
+
+@portable
+def normal_turn(ox: real, oy: real, oz: real, f: real, fx: real, fy: real, fz: real,
+                fxx: real, fyy: real, fzz: real, fxy: real, fxz: real, fyz: real):  # fmt: skip
+    """How the normal at the nearest point q turns as c moves: the symmetric matrix B of dn = B dc.
+
+    o = c - q; the rest: the jet of F > 0 at q. Returns (xx, yy, zz, xy, xz, yz). With the height h = o . n of c the
+    point moves by (1 - n n^T) dc - h B dc. On a medial axis, where 1 + h k = 0, B is not finite.
+    """
+    nx, ny, nz, ax, ay, az, bx, by, bz, kaa, kab, kbb, _slope = _bends(f, fx, fy, fz, fxx, fyy, fzz, fxy, fxz, fyz)
+    height = ox * nx + oy * ny + oz * nz
+    gauss = kaa * kbb - kab * kab
+    determinant = real(1.0) + height * (kaa + kbb + height * gauss)
+    # K (1 + h K)^-1 in the basis of the tangents.
+    baa = (kaa + height * gauss) / determinant
+    bab = kab / determinant
+    bbb = (kbb + height * gauss) / determinant
+    ux = baa * ax + bab * bx
+    uy = baa * ay + bab * by
+    uz = baa * az + bab * bz
+    vx = bab * ax + bbb * bx
+    vy = bab * ay + bbb * by
+    vz = bab * az + bbb * bz
+    return (
+        ax * ux + bx * vx,
+        ay * uy + by * vy,
+        az * uz + bz * vz,
+        ax * uy + bx * vy,
+        ax * uz + bx * vz,
+        ay * uz + by * vz,
+    )

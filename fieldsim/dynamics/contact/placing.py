@@ -4,9 +4,10 @@ import functools
 
 import warp as wp
 
-from fieldsim.dynamics.contact.contacts import Contacts, contacts_at, tolerance, touching
+from fieldsim.dynamics.contact.contacts import Contacts, tolerance, touching
 from fieldsim.dynamics.contact.event_detection import REFINEMENTS
 from fieldsim.dynamics.contact.particle_state import ContactParticle
+from fieldsim.dynamics.contact.search import contacts_at
 from fieldsim.sources.moments import Moment
 from fieldsim.sources.stages import Stages
 

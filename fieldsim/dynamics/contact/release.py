@@ -6,9 +6,10 @@ import warnings
 import numpy as np
 import warp as wp
 
-from fieldsim.dynamics.contact.contacts import Contacts, contacts_at, touching
+from fieldsim.dynamics.contact.contacts import Contacts, touching
 from fieldsim.dynamics.contact.particle_state import ContactParticles, contact_particle, makes_events
 from fieldsim.dynamics.contact.placing import push_out
+from fieldsim.dynamics.contact.search import contacts_at
 from fieldsim.dynamics.contact.surfaces import Surfaces
 from fieldsim.errors import FieldsimWarning
 from fieldsim.launch import launch

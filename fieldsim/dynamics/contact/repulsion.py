@@ -9,11 +9,12 @@ import functools
 import numpy as np
 import warp as wp
 
-from fieldsim.dynamics.contact.contacts import Contacts, contacts_at
+from fieldsim.dynamics.contact.contacts import Contacts
 from fieldsim.dynamics.contact.event_detection import Motion
 from fieldsim.dynamics.contact.laws import pressed
 from fieldsim.dynamics.contact.particle_state import ContactParticle, ContactParticles
 from fieldsim.dynamics.contact.placing import violated
+from fieldsim.dynamics.contact.search import contacts_at
 from fieldsim.dynamics.contact.sliding import pull_between
 from fieldsim.dynamics.contact.surfaces import Surfaces
 from fieldsim.launch import launch

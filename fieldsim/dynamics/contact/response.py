@@ -11,7 +11,7 @@ import functools
 
 import warp as wp
 
-from fieldsim.dynamics.contact.contacts import Numbers, contacts_at, touching
+from fieldsim.dynamics.contact.contacts import Numbers, touching
 from fieldsim.dynamics.contact.event_detection import Motion, first_contact
 from fieldsim.dynamics.contact.impulses import grounds_of, settle
 from fieldsim.dynamics.contact.particle_state import (
@@ -29,6 +29,7 @@ from fieldsim.dynamics.contact.particle_state import (
 )
 from fieldsim.dynamics.contact.placing import push_out
 from fieldsim.dynamics.contact.repulsion import repelled_step
+from fieldsim.dynamics.contact.search import contacts_at
 from fieldsim.dynamics.contact.sliding import carry_along, pull_between, slow_at, supported, touched
 from fieldsim.sources.margins import sweep_at
 from fieldsim.sources.moments import Moment

@@ -15,8 +15,8 @@ from fieldsim.dynamics.contact.contacts import (
     Contacts,
     Numbers,
     Vectors,
-    contacts_at,
     copy_contacts,
+    displace_over,
     tolerance,
     touching,
 )
@@ -24,6 +24,7 @@ from fieldsim.dynamics.contact.event_detection import ALIKE, REFINEMENTS, Motion
 from fieldsim.dynamics.contact.impulses import grounds_of, settle
 from fieldsim.dynamics.contact.particle_state import ContactParticle
 from fieldsim.dynamics.contact.placing import push_out, set_down
+from fieldsim.dynamics.contact.search import contacts_at
 from fieldsim.sources.field import field_at
 from fieldsim.sources.moments import Moment
 from fieldsim.sources.stages import Stages
@@ -194,6 +195,7 @@ def slide_on(surface_kinds):
     Moves m.x, m.v and m.spin; m.here stays, and there become the contacts at the end.
     """
     find = contacts_at(surface_kinds)
+    displace = displace_over(surface_kinds)
 
     @wp.func
     def slide(
@@ -215,8 +217,8 @@ def slide_on(surface_kinds):
         close = tolerance(x, ball.radius, ball.grain)
         rub = ball.friction > wp.float64(0.0)
         copy_contacts(m.here, there)
+        find(x, ball.radius, horizon, ball.grain, surfaces, moment, h, there)
         for _ in range(REFINEMENTS):
-            find(x, ball.radius, horizon, ball.grain, surfaces, moment, h, there)
             if not rub and in_place(m.here, there, active, lifts, close):
                 break
             further = lifted(m.here, there, active, lifts, close)
@@ -234,6 +236,8 @@ def slide_on(surface_kinds):
                 x = x + h * (rubbed - along)
                 m.v = m.v + (rubbed - along)
                 rub = False
+            if not displace(there, x, ball.radius, ball.grain):
+                find(x, ball.radius, horizon, ball.grain, surfaces, moment, h, there)
         m.x = x
         for k in range(count):
             m.v = m.v + (lifts[k] / h) * m.here.normals[k]

@@ -110,35 +110,33 @@ def rows_of(lanes: int):
 
 
 @functools.cache
-def replaced_of(lanes: int):
-    """Warp function (group, k, other) -> the group with the particle k of another group."""
+def replace_of(lanes: int):
+    """Warp function (group, k, other) that makes particle k of a group that of another group."""
     Group = group_of(lanes)
 
     @wp.func
-    def replaced(group: Group, k: int, other: Group):
+    def replace(group: wp.ref[Group], k: int, other: wp.ref[Group]):
         for c in range(wp.int32(ROWS)):
             group[c, k] = other[c, k]
-        return group
 
-    return replaced
+    return replace
 
 
 @functools.cache
-def placed_of(lanes: int):
-    """Warp function (group, k, x, v, a) -> the group with another motion of particle k, without rests."""
+def place_of(lanes: int):
+    """Warp function (group, k, x, v, a) that gives particle k another motion, without rests."""
     Group = group_of(lanes)
 
     @wp.func
-    def placed(group: Group, k: int, x: wp.vec3d, v: wp.vec3d, a: wp.vec3d):
+    def place(group: wp.ref[Group], k: int, x: wp.vec3d, v: wp.vec3d, a: wp.vec3d):
         for c in range(3):
             group[X + c, k] = x[c]
             group[V + c, k] = v[c]
             group[X_REST + c, k] = wp.float64(0.0)
             group[V_REST + c, k] = wp.float64(0.0)
             group[A + c, k] = a[c]
-        return group
 
-    return placed
+    return place
 
 
 @functools.cache

@@ -18,7 +18,7 @@ from fieldsim.dynamics.contact.particle_state import (
     step_start,
 )
 from fieldsim.dynamics.contact.response import contact_step
-from fieldsim.dynamics.splitting.groups import ROWS, A, V, X, column, load_of, placed_of, replaced_of, store_of
+from fieldsim.dynamics.splitting.groups import ROWS, A, V, X, column, load_of, place_of, replace_of, store_of
 from fieldsim.dynamics.splitting.method import Method
 from fieldsim.dynamics.splitting.step import advance_of, group_in
 from fieldsim.dynamics.state import State
@@ -74,6 +74,7 @@ def near_step_of(gravity_kinds, surface_kinds):
     margin = margin_at(surface_kinds)
     # In a world that stands still a step that changes nothing would change nothing ever after.
     still = wp.constant(wp.int32(0 if gravity_kinds[1] or surface_kinds[1] else 1))
+    still_ground = wp.constant(wp.int32(0 if surface_kinds[1] else 1))
 
     @wp.func(inline=False)
     def near_step(
@@ -94,7 +95,9 @@ def near_step_of(gravity_kinds, surface_kinds):
         result.room = wp.float64(-1.0)
         ball = contact_particle(balls, i)
         parts = method.evaluations
-        if makes_events(ball.law):
+        # A ball that is known to touch something within its step is near a surface.
+        nearby = still_ground == 1 and m.known == 1 and m.here.count > 0 and m.here.least < travel
+        if makes_events(ball.law) and not nearby:
             result.room = margin(x, surfaces, step * parts, wp.float64(0.0)) - ball.radius - travel
         if result.room >= wp.float64(0.0):
             return result
@@ -135,7 +138,7 @@ def contact_kernel(gravity_kinds, surface_kinds, gradients: bool, lanes: int):
     Flags = wp.types.vector(lanes, wp.int32)
     advance, group = advance_of(gravity_kinds, gradients, lanes, measured=True), group_in(lanes)
     load, store = load_of(lanes), store_of(lanes)
-    replaced, placed = replaced_of(lanes), placed_of(lanes)
+    replace, place = replace_of(lanes), place_of(lanes)
     near_step = near_step_of(gravity_kinds, surface_kinds)
     sweep = sweep_at(surface_kinds)
     ground_still = wp.constant(wp.int32(0 if surface_kinds[1] else 1))
@@ -182,7 +185,7 @@ def contact_kernel(gravity_kinds, surface_kinds, gradients: bool, lanes: int):
             for k in range(count):
                 i = first + k
                 if done[k] == 1:
-                    q = replaced(q, k, p)
+                    replace(q, k, p)
                     continue
                 travel = travels[k] + swept
                 passed = NearStep()
@@ -197,7 +200,7 @@ def contact_kernel(gravity_kinds, surface_kinds, gradients: bool, lanes: int):
                     done[k] = passed.resting
                 if rooms[k] < wp.float64(0.0):
                     near[k] = wp.int32(1)
-                    q = placed(q, k, passed.x, passed.v, passed.a)
+                    place(q, k, passed.x, passed.v, passed.a)
                 else:
                     balls.states[i] = MOVING
                     if near[k] == 1:

@@ -35,6 +35,8 @@ def arc_distance(x: real, y: real, z: real, rows: Table, i: int):
     p = dx * sx + dy * sy + dz * sz
     q = dx * (ny * sz - nz * sy) + dy * (nz * sx - nx * sz) + dz * (nx * sy - ny * sx)
     rho = math.sqrt(p * p + q * q)
+    if rows[i, ANGLE] >= real(WHOLE):
+        return math.sqrt((rho - radius) * (rho - radius) + height * height)
     cosine = math.cos(half)
     sine = math.sin(half)
     # Turned so that the arc's middle lies at (1, 0), and to its upper half.
@@ -85,6 +87,8 @@ def _direction(x: real, y: real, z: real, rows: Table, i: int):
 def arc_foot(x: real, y: real, z: real, rows: Table, i: int):
     """The nearest point of an arc or a circle."""
     cosine, sine = _direction(x, y, z, rows, i)
+    if rows[i, ANGLE] >= real(WHOLE):
+        return _around(rows, i, cosine, sine)
     half = real(0.5) * rows[i, ANGLE]
     c = math.cos(half)
     s = math.sin(half)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import fieldsim as fs
-from fieldsim.dynamics.contact.nearest import curvatures, nearest_step
+from fieldsim.dynamics.contact.nearest import curvatures, nearest_step, normal_turn
 
 RING = fs.Circle((0, 0, 0), (0, 0, 1), 1.0)
 
@@ -93,3 +93,28 @@ def test_the_farthest_point_along_a_ring_is_known_and_left():
     # Beside it a step goes away from it.
     beside = on_surface(ring, across + np.array([0, 0.05, 0]))
     assert step(ring, center, beside)[0][1] > 0.0
+
+
+def nearest(field, center, q):
+    for _ in range(12):
+        q = q + step(field, center, q)[0]
+    return q
+
+
+@pytest.mark.parametrize("name", SURFACES)
+@pytest.mark.parametrize("height", [-0.05, 0.02, 1.5])
+def test_how_the_nearest_point_and_its_normal_follow_the_centre(name, height):
+    """Against differences between nearest points of centres on both sides."""
+    field = SURFACES[name]
+    q = on_surface(field, np.array([0.6, 0.3, 0.25]) if name != "ring" else np.array([0.9, 0.6, 0.3]))
+    n = -field.gradient(q) / np.linalg.norm(field.gradient(q))
+    center = q + height * n
+    xx, yy, zz, xy, xz, yz = normal_turn(*(center - q), *jet(field, q))
+    matrix = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    np.testing.assert_allclose(matrix @ n, 0.0, atol=1e-12)
+    for d in 1e-4 * np.random.default_rng(3).normal(size=(3, 3)):
+        ends = [nearest(field, center + side * d, q) for side in (1, -1)]
+        normals = [-field.gradient(end) / np.linalg.norm(field.gradient(end)) for end in ends]
+        size = np.linalg.norm(d)
+        np.testing.assert_allclose(matrix @ d, 0.5 * (normals[0] - normals[1]), atol=3e-6 * size)
+        np.testing.assert_allclose(d - (n @ d) * n - height * matrix @ d, 0.5 * (ends[0] - ends[1]), atol=3e-6 * size)

@@ -106,7 +106,8 @@ def nearest(field, center, q):
 def test_how_the_nearest_point_and_its_normal_follow_the_centre(name, height):
     """Against differences between nearest points of centres on both sides."""
     field = SURFACES[name]
-    q = on_surface(field, np.array([0.6, 0.3, 0.25]) if name != "ring" else np.array([0.9, 0.6, 0.3]))
+    start = np.array([0.6, 0.3, 0.25]) if name != "ring" else np.array([0.9, 0.6, 0.3])
+    q = nearest(field, start, on_surface(field, start))
     n = -field.gradient(q) / np.linalg.norm(field.gradient(q))
     center = q + height * n
     xx, yy, zz, xy, xz, yz = normal_turn(*(center - q), *jet(field, q))

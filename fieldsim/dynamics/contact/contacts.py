@@ -7,7 +7,7 @@ import functools
 
 import warp as wp
 
-from fieldsim.dynamics.contact.selection import MOST, Numbers, Vectors
+from fieldsim.dynamics.contact.selection import MOST, Numbers, Vectors, entry, row
 
 # Gaps in units of the surfaces' grain: the accuracy of a place of contact, and the greatest that counts as touching.
 TOLERANCE = wp.constant(wp.float64(1e-10))
@@ -80,13 +80,13 @@ def turned(contacts: wp.ref[Contacts], k: int, d: wp.vec3d):
 @wp.func
 def followed(contacts: wp.ref[Contacts], k: int, center: wp.vec3d, radius: wp.float64):
     """The point of a contact, to first order, after the ball has moved to a place."""
-    point = contacts.points[k]
+    point = row(contacts.points, k)
     d = center - contacts.center
     turn = turned(contacts, k, d)
     if not wp.length(turn) < FOLLOWED:
         return point
-    n = contacts.normals[k]
-    return point + d - wp.dot(n, d) * n - (contacts.gaps[k] + radius) * turn
+    n = row(contacts.normals, k)
+    return point + d - wp.dot(n, d) * n - (entry(contacts.gaps, k) + radius) * turn
 
 
 @functools.cache
@@ -104,7 +104,7 @@ def displace_over(kinds_used):
     def still(contacts: wp.ref[Contacts], center: wp.vec3d, radius: wp.float64, grain: wp.float64):
         d = center - contacts.center
         for k in range(contacts.count):
-            n = contacts.normals[k]
+            n = row(contacts.normals, k)
             along = wp.length(d - wp.dot(n, d) * n)
             if not (along <= DISPLACED * grain and wp.length(turned(contacts, k, d)) <= DISPLACED):
                 return False
@@ -113,8 +113,8 @@ def displace_over(kinds_used):
         contacts.least = contacts.horizon
         for k in range(contacts.count):
             turn = turned(contacts, k, d)
-            n = contacts.normals[k]
-            gap = contacts.gaps[k] + wp.dot(n, d) + wp.float64(0.5) * wp.dot(turn, d)
+            n = row(contacts.normals, k)
+            gap = entry(contacts.gaps, k) + wp.dot(n, d) + wp.float64(0.5) * wp.dot(turn, d)
             n = wp.normalize(n + turn)
             contacts.gaps[k] = gap
             contacts.normals[k] = n

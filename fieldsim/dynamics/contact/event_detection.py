@@ -15,6 +15,7 @@ import warp as wp
 from fieldsim.dynamics.contact.contacts import Contacts, copy_contacts, tolerance
 from fieldsim.dynamics.contact.particle_state import ContactParticle
 from fieldsim.dynamics.contact.search import contacts_at
+from fieldsim.dynamics.contact.selection import entry, row
 from fieldsim.sources.margins import margin_at, sweep_at
 from fieldsim.sources.moments import Moment, fraction
 from fieldsim.sources.stages import Stages
@@ -54,7 +55,7 @@ def position_at(m: wp.ref[Motion], t: wp.float64):
 @wp.func
 def gap_rate(contacts: wp.ref[Contacts], k: int, v: wp.vec3d):
     """Rate of change of a contact's gap at the velocity v."""
-    return wp.dot(contacts.normals[k], v) - contacts.speeds[k]
+    return wp.dot(row(contacts.normals, k), v) - entry(contacts.speeds, k)
 
 
 @functools.cache
@@ -138,8 +139,8 @@ def contact_within(kinds_used):
             if d0 < wp.float64(0.0):
                 for j in range(last.count):
                     d1 = span * gap_rate(last, j, m.v + end * m.a)
-                    if wp.dot(m.here.normals[k], last.normals[j]) > ALIKE and d1 > wp.float64(0.0):
-                        u, value = minimum_of(m.here.gaps[k], d0, last.gaps[j], d1)
+                    if wp.dot(row(m.here.normals, k), row(last.normals, j)) > ALIKE and d1 > wp.float64(0.0):
+                        u, value = minimum_of(entry(m.here.gaps, k), d0, entry(last.gaps, j), d1)
                         if value < CHECK_BELOW * ball.grain and u > wp.float64(0.0) and u < wp.float64(1.0):
                             t = begin + u * span
                             copy_contacts(m.here, dip)

@@ -12,6 +12,7 @@ import warp as wp
 from fieldsim.dynamics.contact.contacts import Contacts, Numbers, Vectors
 from fieldsim.dynamics.contact.laws import coulomb
 from fieldsim.dynamics.contact.particle_state import ContactParticle
+from fieldsim.dynamics.contact.selection import entry, row
 
 # Sweeps end with changes below this share of the velocities, or after so many.
 SETTLED = wp.constant(wp.float64(1e-15))
@@ -31,8 +32,8 @@ def grounds_of(contacts: wp.ref[Contacts], x: wp.vec3d, ball: wp.ref[ContactPart
     for k in range(contacts.count):
         p = x
         if ball.mobility != wp.float64(1.0):
-            p = contacts.points[k]
-        grounds[k] = (wp.cross(contacts.turns[k], p) + contacts.shifts[k]) / dt
+            p = row(contacts.points, k)
+        grounds[k] = (wp.cross(row(contacts.turns, k), p) + row(contacts.shifts, k)) / dt
     return grounds
 
 
@@ -88,15 +89,17 @@ def settle(pressing: bool):
             for _ in range(SWEEPS):
                 change = wp.float64(0.0)
                 for k in range(contacts.count):
-                    if active[k] != wp.float64(0.0):
-                        normal = contacts.normals[k]
+                    if entry(active, k) != wp.float64(0.0):
+                        normal = row(contacts.normals, k)
                         before = wp.vec3d(v)
                         if wp.static(pressing):
-                            press = wp.max(presses[k] + targets[k] - wp.dot(v, normal), wp.float64(0.0))
-                            v = v + (press - presses[k]) * normal
+                            press = wp.max(entry(presses, k) + entry(targets, k) - wp.dot(v, normal), wp.float64(0.0))
+                            v = v + (press - entry(presses, k)) * normal
                             presses[k] = press
                         if rubbing == 1:
-                            v, spin, total = rubbed(v, spin, grounds[k], normal, ball, rubs[k], presses[k])
+                            v, spin, total = rubbed(
+                                v, spin, row(grounds, k), normal, ball, row(rubs, k), entry(presses, k)
+                            )
                             rubs[k] = total
                         change = wp.max(change, wp.length(v - before))
                 if alone or change <= SETTLED * (wp.length(v) + change):

@@ -8,6 +8,7 @@ from fieldsim.dynamics.contact.contacts import Contacts, tolerance, touching
 from fieldsim.dynamics.contact.event_detection import REFINEMENTS
 from fieldsim.dynamics.contact.particle_state import ContactParticle
 from fieldsim.dynamics.contact.search import contacts_at
+from fieldsim.dynamics.contact.selection import entry, row
 from fieldsim.sources.moments import Moment
 from fieldsim.sources.stages import Stages
 
@@ -18,7 +19,7 @@ def violated(contacts: wp.ref[Contacts], radius: wp.float64):
     found = contacts.which
     out = wp.float64(-wp.inf)
     for k in range(contacts.count):
-        gap = contacts.gaps[k]
+        gap = entry(contacts.gaps, k)
         if gap + radius < wp.float64(0.0) and gap > out:
             out = gap
             found = k
@@ -41,7 +42,7 @@ def push_out(kinds_used):
                 break
             k = violated(there, ball.radius)
             outside = ball.radius + wp.float64(0.5) * tolerance(p, ball.radius, ball.grain)
-            p = there.points[k] + outside * there.normals[k]
+            p = row(there.points, k) + outside * row(there.normals, k)
         return p
 
     return push
@@ -69,7 +70,9 @@ def set_down(kinds_used):
         find(p, ball.radius, horizon, ball.grain, surfaces, moment, later, there)
         close = tolerance(p, ball.radius, ball.grain)
         if there.count > 0 and there.least > close:
-            p = there.points[there.which] + (ball.radius + wp.float64(0.5) * close) * there.normals[there.which]
+            p = row(there.points, there.which) + (ball.radius + wp.float64(0.5) * close) * row(
+                there.normals, there.which
+            )
         return push(p, ball, surfaces, moment, later)
 
     return down

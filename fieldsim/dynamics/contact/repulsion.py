@@ -15,6 +15,7 @@ from fieldsim.dynamics.contact.laws import pressed
 from fieldsim.dynamics.contact.particle_state import ContactParticle, ContactParticles
 from fieldsim.dynamics.contact.placing import violated
 from fieldsim.dynamics.contact.search import contacts_at
+from fieldsim.dynamics.contact.selection import entry, row
 from fieldsim.dynamics.contact.sliding import pull_between
 from fieldsim.dynamics.contact.surfaces import Surfaces
 from fieldsim.launch import launch
@@ -48,13 +49,13 @@ def repulsion_at(surface_kinds):
         force = wp.vec3d()
         if here.count > 0:
             k = violated(here, radius)
-            if here.gaps[k] + radius < wp.float64(0.0):
-                u, push = _pressed(reach - here.gaps[k], strength)
-                return u, push * here.normals[k]
+            if entry(here.gaps, k) + radius < wp.float64(0.0):
+                u, push = _pressed(reach - entry(here.gaps, k), strength)
+                return u, push * row(here.normals, k)
         for k in range(here.count):
-            u, push = _pressed(reach - here.gaps[k], strength)
+            u, push = _pressed(reach - entry(here.gaps, k), strength)
             energy += u
-            force += push * here.normals[k]
+            force += push * row(here.normals, k)
         return energy, force
 
     return repulsion

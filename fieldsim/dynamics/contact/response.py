@@ -30,6 +30,7 @@ from fieldsim.dynamics.contact.particle_state import (
 from fieldsim.dynamics.contact.placing import push_out
 from fieldsim.dynamics.contact.repulsion import repelled_step
 from fieldsim.dynamics.contact.search import contacts_at
+from fieldsim.dynamics.contact.selection import entry, row
 from fieldsim.dynamics.contact.sliding import carry_along, pull_between, slow_at, supported, touched
 from fieldsim.sources.margins import sweep_at
 from fieldsim.sources.moments import Moment
@@ -98,14 +99,14 @@ def meeting_of(m: wp.ref[Motion], ball: wp.ref[ContactParticle], dt: wp.float64)
     result.active = touched(m.here, m.x, ball)
     result.leaving = wp.float64(wp.inf)
     for k in range(m.here.count):
-        result.targets[k] = m.here.speeds[k]
-        if result.active[k] != wp.float64(0.0):
-            leaving = wp.dot(m.v, m.here.normals[k]) - m.here.speeds[k]
-            slow = slow_at(m.here.normals[k], m.a, dt)
+        result.targets[k] = entry(m.here.speeds, k)
+        if entry(result.active, k) != wp.float64(0.0):
+            leaving = wp.dot(m.v, row(m.here.normals, k)) - entry(m.here.speeds, k)
+            slow = slow_at(row(m.here.normals, k), m.a, dt)
             result.hits = result.hits or leaving < -slow
             if wp.abs(leaving) > slow:
                 # What is being left, if the others press on it, throws back no more than came: else energy is made.
-                result.targets[k] = m.here.speeds[k] - ball.restitution * leaving
+                result.targets[k] = entry(m.here.speeds, k) - ball.restitution * leaving
             if leaving <= slow and slow > wp.float64(0.0):
                 result.rests = True
             if leaving < result.leaving:
@@ -149,9 +150,9 @@ def contact_step(gravity_kinds, surface_kinds):
     def absorbed(m: wp.ref[Motion], ball: wp.ref[ContactParticle], dt: wp.float64):
         """The velocity of a ball that sticks at once."""
         grounds = grounds_of(m.here, m.x, ball, dt)
-        u = grounds[m.here.which]
-        n = m.here.normals[m.here.which]
-        return u + (m.here.speeds[m.here.which] - wp.dot(u, n)) * n
+        u = row(grounds, m.here.which)
+        n = row(m.here.normals, m.here.which)
+        return u + (entry(m.here.speeds, m.here.which) - wp.dot(u, n)) * n
 
     @wp.func
     def bounce(m: wp.ref[Motion], met: wp.ref[Meeting], ball: wp.ref[ContactParticle], dt: wp.float64):
@@ -204,14 +205,14 @@ def contact_step(gravity_kinds, surface_kinds):
                 if met.leaving <= wp.float64(0.0):
                     m.state = ABSORBED
                     m.v = absorbed(m, ball, dt)
-                    log_event(balls, ball.index, time + m.t, TAKEN, m.here.points[m.here.which], m.v - before)
+                    log_event(balls, ball.index, time + m.t, TAKEN, row(m.here.points, m.here.which), m.v - before)
                     hits += 1
                     hit = wp.int32(0)
                     m.known = wp.int32(1)
                     continue
             elif touches and met.hits and not many_hits:
                 bounce(m, met, ball, dt)
-                log_event(balls, ball.index, time + m.t, HIT, m.here.points[met.which], m.v - before)
+                log_event(balls, ball.index, time + m.t, HIT, row(m.here.points, met.which), m.v - before)
                 met = meeting_of(m, ball, dt)
                 hit = wp.int32(1)
             hits += hit
@@ -219,10 +220,8 @@ def contact_step(gravity_kinds, surface_kinds):
             if ball.law != ABSORB and touches and (met.rests or many_hits):
                 if m.state != RESTING:
                     m.state = RESTING
-                    fall = wp.max(-met.leaving, wp.float64(0.0))
-                    log_event(
-                        balls, ball.index, time + m.t, LAND, m.here.points[met.which], fall * m.here.normals[met.which]
-                    )
+                    fall = wp.max(-met.leaving, wp.float64(0.0)) * row(m.here.normals, met.which)
+                    log_event(balls, ball.index, time + m.t, LAND, row(m.here.points, met.which), fall)
                 support(m, met.active, ball, gravity, surfaces, moment, horizon)
                 m.known = wp.int32(1)
             else:

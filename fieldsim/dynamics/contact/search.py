@@ -14,6 +14,7 @@ from fieldsim.dynamics.contact.nearest import nearest_step, normal_turn
 from fieldsim.dynamics.contact.selection import (
     MOST,
     Vectors,
+    entry,
     even,
     face,
     known,
@@ -330,6 +331,6 @@ def contacts_at(kinds_used):
                 face(contacts.gaps, radius, horizon)
         if contacts.count > 0:
             contacts.which = least_of(contacts.count, contacts.gaps)
-            contacts.least = contacts.gaps[contacts.which]
+            contacts.least = entry(contacts.gaps, contacts.which)
 
     return find

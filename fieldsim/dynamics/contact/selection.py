@@ -9,11 +9,24 @@ Numbers = wp.types.vector(MOST, wp.float64)
 Vectors = wp.types.matrix((MOST, 3), wp.float64)
 
 
+# Warp copies all of a matrix or vector that is read at a variable place; these read it where it stands.
+@wp.func_native("return wp::vec_t<3, wp::float64>(rows.data[k][0], rows.data[k][1], rows.data[k][2]);")
+def row(rows: wp.ref[Vectors], k: int) -> wp.vec3d:
+    """One of the vectors."""
+    ...
+
+
+@wp.func_native("return numbers.c[k];")
+def entry(numbers: wp.ref[Numbers], k: int) -> wp.float64:
+    """One of the numbers."""
+    ...
+
+
 @wp.func
 def known(count: int, points: wp.ref[Vectors], p: wp.vec3d, within: wp.float64):
     """Whether one of `count` points is that near to p."""
     for k in range(count):
-        if wp.length(points[k] - p) <= within:
+        if wp.length(row(points, k) - p) <= within:
             return True
     return False
 
@@ -24,10 +37,10 @@ def nearest_of(count: int, points: wp.ref[Vectors], p: wp.vec3d, within: wp.floa
     found = p
     best = within
     for k in range(count):
-        distance = wp.length(points[k] - p)
+        distance = wp.length(row(points, k) - p)
         if distance <= best:
             best = distance
-            found = points[k]
+            found = row(points, k)
     return found
 
 
@@ -38,9 +51,9 @@ def place_for(gap: wp.float64, count: int, gaps: wp.ref[Numbers]):
         return count
     place = wp.int32(0)
     for k in range(1, MOST):
-        if gaps[k] > gaps[place]:
+        if entry(gaps, k) > entry(gaps, place):
             place = k
-    if gap < gaps[place]:
+    if gap < entry(gaps, place):
         return place
     return -1
 
@@ -54,10 +67,10 @@ def spread(normals: wp.ref[Vectors], normal: wp.vec3d):
     place = wp.int32(-1)
     alike = wp.float64(-1.0)
     for k in range(MOST):
-        alike = wp.max(alike, wp.dot(normals[k], normal))
+        alike = wp.max(alike, wp.dot(row(normals, k), normal))
     for k in range(MOST):
         for j in range(k):
-            like = wp.dot(normals[j], normals[k])
+            like = wp.dot(row(normals, j), row(normals, k))
             if like > alike:
                 alike = like
                 place = k
@@ -68,7 +81,7 @@ def spread(normals: wp.ref[Vectors], normal: wp.vec3d):
 def even(gaps: wp.ref[Numbers], gap: wp.float64, within: wp.float64):
     """Whether all gaps are as great as the given one."""
     for k in range(MOST):
-        if wp.abs(gaps[k] - gap) > within:
+        if wp.abs(entry(gaps, k) - gap) > within:
             return False
     return True
 
@@ -77,7 +90,7 @@ def even(gaps: wp.ref[Numbers], gap: wp.float64, within: wp.float64):
 def face(gaps: wp.ref[Numbers], radius: wp.float64, horizon: wp.float64):
     """Of a ball whose centre is outside, put the far sides of bodies as if at the horizon."""
     for k in range(MOST):
-        if gaps[k] + radius < wp.float64(0.0):
+        if entry(gaps, k) + radius < wp.float64(0.0):
             gaps[k] = horizon
 
 
@@ -86,6 +99,6 @@ def least_of(count: int, gaps: wp.ref[Numbers]):
     """Which of `count` gaps is the least."""
     which = wp.int32(0)
     for k in range(1, count):
-        if gaps[k] < gaps[which]:
+        if entry(gaps, k) < entry(gaps, which):
             which = k
     return which

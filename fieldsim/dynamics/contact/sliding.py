@@ -25,6 +25,7 @@ from fieldsim.dynamics.contact.impulses import grounds_of, settle
 from fieldsim.dynamics.contact.particle_state import ContactParticle
 from fieldsim.dynamics.contact.placing import push_out, set_down
 from fieldsim.dynamics.contact.search import contacts_at
+from fieldsim.dynamics.contact.selection import entry, row
 from fieldsim.sources.field import field_at
 from fieldsim.sources.moments import Moment
 from fieldsim.sources.stages import Stages
@@ -75,7 +76,7 @@ def touched(contacts: wp.ref[Contacts], x: wp.vec3d, ball: wp.ref[ContactParticl
     active = Numbers()
     close = touching(x, ball.radius, ball.grain)
     for k in range(contacts.count):
-        if contacts.gaps[k] <= close:
+        if entry(contacts.gaps, k) <= close:
             active[k] = wp.float64(1.0)
     return active
 
@@ -95,8 +96,8 @@ def carry_along(kinds_used):
     @wp.func
     def carry(m: wp.ref[Motion], ball: wp.ref[ContactParticle], surfaces: wp.ref[Stages], moment: Moment,
               duration: wp.float64):  # fmt: skip
-        turn = m.here.turns[m.here.which]
-        shift = m.here.shifts[m.here.which]
+        turn = row(m.here.turns, m.here.which)
+        shift = row(m.here.shifts, m.here.which)
         share = duration / moment.dt
         # What grows or melts together comes nearer or goes away besides.
         x = screw(m.x, share * turn, share * shift)
@@ -104,8 +105,8 @@ def carry_along(kinds_used):
         find(m.x, ball.radius, m.here.horizon, ball.grain, surfaces, moment, duration, m.here)
         u = (wp.cross(turn, m.x) + shift) / moment.dt
         if m.here.count > 0:
-            n = m.here.normals[m.here.which]
-            u = u + (m.here.speeds[m.here.which] - wp.dot(u, n)) * n
+            n = row(m.here.normals, m.here.which)
+            u = u + (entry(m.here.speeds, m.here.which) - wp.dot(u, n)) * n
         m.v = u
 
     return carry if moving else stay
@@ -116,8 +117,8 @@ def sticks(m: wp.ref[Motion], active: wp.ref[Numbers], grounds: wp.ref[Vectors],
            h: wp.float64, dt: wp.float64):  # fmt: skip
     """Whether the contacts can end all motion relative to the material within h, and hold the ball there."""
     which = m.here.which
-    ground = grounds[which]
-    turn = m.here.turns[which]
+    ground = row(grounds, which)
+    turn = row(m.here.turns, which)
     # In the frame of the material, which is accelerated towards its axis.
     a = m.a - wp.cross(turn, ground) / dt
     v = m.v + h * a
@@ -126,8 +127,8 @@ def sticks(m: wp.ref[Motion], active: wp.ref[Numbers], grounds: wp.ref[Vectors],
     _settle(v, spin, m.here, active, m.here.speeds, presses, grounds, ball)
     size = HELD * (wp.length(m.v - ground) + h * wp.length(a))
     rest = v - ground
-    n = m.here.normals[which]
-    rest = rest - (m.here.speeds[which] - wp.dot(ground, n)) * n
+    n = row(m.here.normals, which)
+    rest = rest - (entry(m.here.speeds, which) - wp.dot(ground, n)) * n
     held = wp.length(rest) <= size and wp.length(presses) > wp.float64(0.0)
     if ball.mobility != wp.float64(1.0):
         held = held and ball.radius * wp.length(spin - turn / dt) <= size
@@ -140,7 +141,7 @@ def matching(contacts: wp.ref[Contacts], normal: wp.vec3d):
     found = wp.int32(-1)
     best = ALIKE
     for j in range(contacts.count):
-        like = wp.dot(contacts.normals[j], normal)
+        like = wp.dot(row(contacts.normals, j), normal)
         if like > best:
             best = like
             found = j
@@ -152,12 +153,12 @@ def in_place(here: wp.ref[Contacts], there: wp.ref[Contacts], active: wp.ref[Num
              close: wp.float64):  # fmt: skip
     """Whether all active contacts are as they must be: touching where there is a lift, else not reached into."""
     for k in range(here.count):
-        if active[k] != wp.float64(0.0):
-            j = matching(there, here.normals[k])
+        if entry(active, k) != wp.float64(0.0):
+            j = matching(there, row(here.normals, k))
             gap = wp.float64(wp.inf)
             if j >= 0:
-                gap = there.gaps[j]
-            if gap < wp.float64(0.0) or (lifts[k] > wp.float64(0.0) and gap > close):
+                gap = entry(there.gaps, j)
+            if gap < wp.float64(0.0) or (entry(lifts, k) > wp.float64(0.0) and gap > close):
                 return False
     return True
 
@@ -170,18 +171,18 @@ def lifted(here: wp.ref[Contacts], there: wp.ref[Contacts], active: wp.ref[Numbe
     for _ in range(SWEEPS):
         change = wp.float64(0.0)
         for k in range(here.count):
-            if active[k] != wp.float64(0.0):
-                normal = here.normals[k]
+            if entry(active, k) != wp.float64(0.0):
+                normal = row(here.normals, k)
                 j = matching(there, normal)
                 value = wp.float64(0.0)
                 if j >= 0:
-                    outward = there.normals[j]
-                    gap = there.gaps[j] - wp.float64(0.5) * close
+                    outward = row(there.normals, j)
+                    gap = entry(there.gaps, j) - wp.float64(0.5) * close
                     for i in range(here.count):
-                        gap += (result[i] - lifts[i]) * wp.dot(here.normals[i], outward)
+                        gap += (entry(result, i) - entry(lifts, i)) * wp.dot(row(here.normals, i), outward)
                     rise = wp.max(wp.dot(normal, outward), LEAST_LIFT)
-                    value = wp.max(result[k] - gap / rise, wp.float64(0.0))
-                change = wp.max(change, wp.abs(value - result[k]))
+                    value = wp.max(entry(result, k) - gap / rise, wp.float64(0.0))
+                change = wp.max(change, wp.abs(value - entry(result, k)))
                 result[k] = value
         if change <= wp.float64(0.01) * close:
             break
@@ -223,13 +224,13 @@ def slide_on(surface_kinds):
                 break
             further = lifted(m.here, there, active, lifts, close)
             for k in range(count):
-                x = x + (further[k] - lifts[k]) * m.here.normals[k]
+                x = x + (entry(further, k) - entry(lifts, k)) * row(m.here.normals, k)
             lifts = further
             if rub:
                 # What the lifts take away is no slip.
                 along = wp.vec3d(m.v)
                 for k in range(count):
-                    along = along + (lifts[k] / h) * m.here.normals[k]
+                    along = along + (entry(lifts, k) / h) * row(m.here.normals, k)
                 rubbed = wp.vec3d(along)
                 presses = lifts / h
                 _rub(rubbed, m.spin, m.here, active, nothing, presses, grounds, ball)
@@ -240,7 +241,7 @@ def slide_on(surface_kinds):
                 find(x, ball.radius, horizon, ball.grain, surfaces, moment, h, there)
         m.x = x
         for k in range(count):
-            m.v = m.v + (lifts[k] / h) * m.here.normals[k]
+            m.v = m.v + (entry(lifts, k) / h) * row(m.here.normals, k)
         return lifts
 
     return slide
@@ -252,9 +253,9 @@ def held_on(m: wp.ref[Motion], there: wp.ref[Contacts], lifts: wp.ref[Numbers], 
     active = Numbers()
     close = touching(m.x, ball.radius, ball.grain)
     for k in range(m.here.count):
-        if lifts[k] > wp.float64(0.0):
-            j = matching(there, m.here.normals[k])
-            if j >= 0 and there.gaps[j] <= close:
+        if entry(lifts, k) > wp.float64(0.0):
+            j = matching(there, row(m.here.normals, k))
+            if j >= 0 and entry(there.gaps, j) <= close:
                 active[j] = wp.float64(1.0)
     return active
 
@@ -267,10 +268,10 @@ def time_along(m: wp.ref[Motion], active: wp.ref[Numbers], ball: wp.ref[ContactP
     if speed * h > ball.grain:
         h = ball.grain / speed
     for k in range(m.here.count):
-        if active[k] == wp.float64(0.0):
-            closing = m.here.speeds[k] - wp.dot(m.v, m.here.normals[k])
-            if closing > slow_at(m.here.normals[k], m.a, dt) and m.here.gaps[k] < closing * h:
-                h = wp.max(m.here.gaps[k] / closing, wp.float64(1e-6) * h)
+        if entry(active, k) == wp.float64(0.0):
+            closing = entry(m.here.speeds, k) - wp.dot(m.v, row(m.here.normals, k))
+            if closing > slow_at(row(m.here.normals, k), m.a, dt) and entry(m.here.gaps, k) < closing * h:
+                h = wp.max(entry(m.here.gaps, k) / closing, wp.float64(1e-6) * h)
     return h
 
 
@@ -301,7 +302,7 @@ def supported(gravity_kinds, surface_kinds):
         _settle(m.v, m.spin, m.here, active, m.here.speeds, presses, grounds, ball)
         if sticks(m, active, grounds, ball, h, moment.dt):
             if ball.mobility != wp.float64(1.0):
-                m.spin = m.here.turns[m.here.which] / moment.dt
+                m.spin = row(m.here.turns, m.here.which) / moment.dt
             carry(m, ball, surfaces, moment, h)
             m.a = pull(m.x, gravity, moment.stage, wp.float64(1.0))
             return

@@ -51,7 +51,7 @@ TRAITS = {
 SPLITTING = ", or the simulation a splitting without force gradients, such as fs.BlanesMoan6(dt)"
 # Who does not know what, in which words, and what would do instead.
 TABLE = {
-    "Radau": (("contact", "pull", "free"), "which Radau does not know", SPLITTING),
+    "Radau": (("contact", "free"), "which Radau does not know", SPLITTING),
     "force gradients": (("free",), "which force gradients do not know", SPLITTING),
     "steps backwards": (
         ("losses",),

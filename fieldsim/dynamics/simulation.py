@@ -23,6 +23,7 @@ from fieldsim.dynamics.integrators.propagator import StepTables
 from fieldsim.dynamics.integrators.splittings import Splitting, moments
 from fieldsim.dynamics.manoeuvres import free_index, motion_given, restart, rows_given, rows_of_set, warn_of_choice
 from fieldsim.dynamics.radau.radau import Radau, RadauRun
+from fieldsim.dynamics.radau.shared_run import run_of
 from fieldsim.dynamics.refusals import refuse_method, refuse_mixture, refuse_other_matter
 from fieldsim.dynamics.rigid.bodies import FreeBodies
 from fieldsim.dynamics.rigid.diagnostics import Wrenches, wrenches
@@ -113,8 +114,8 @@ class Simulation(ContactReadings, Uncopied):
         self._method = self.integrator
         self.radau: RadauRun | None = None
         if isinstance(self.integrator, Radau):
-            start = self._state.x, self._state.v, self.time
-            self.radau = RadauRun(self.integrator, world, self._gravity, *start, threads=threads)
+            start = self._state.x, self._state.v, self.time, self._mutual
+            self.radau = run_of(self.integrator, world, self._gravity, *start, threads=threads)
         self._still = upload(self._gravity, np.array([self.time]), self.device)
         self._state.a = self._pull(self._state.x)
 

@@ -212,12 +212,15 @@ def worst(trials, integrator, span, tolerance, simulate) -> float:
 
 
 def scouted(trial, span, simulate, radius=None) -> list[Trial]:
-    """Trials that begin shortly before the closest passages of a flight with Radau for AHEAD spans; [] where it cannot.
+    """Trials that begin shortly before the closest passages of a flight with Radau for AHEAD spans.
+
+    [] where Radau cannot fly, and where particles pull each other, whose passages are no matter of each alone.
 
     Where nothing changes with time, one trial, with each particle where it is shortly before its closest passage. Else
     the trial given, and those of the PASSAGES hardest, when they are. What comes beyond the escape radius is not met.
     """
-    if method_refusal(Radau(), trial.world):
+    pulling = any(particles.gravity is not None for particles in trial.world.particles)
+    if pulling or method_refusal(Radau(), trial.world):
         return []
     looks, tau, when = _flown(trial, span / GLANCES, simulate, radius or math.inf)
     chosen = np.where(np.isfinite(tau), np.maximum((when - trial.time) // (span / GLANCES) - 1, 0), 0).astype(int)

@@ -5,18 +5,19 @@ import functools
 import warp as wp
 
 from fieldsim.dynamics.contact.particle_state import ESCAPED, GONE, ContactParticles, log_event
-from fieldsim.dynamics.radau.nodes import PLACES, Pulling, Series, mixed_of, place_of, pulls_of
+from fieldsim.dynamics.radau.nodes import PLACES, Pulling, Series, mixed_of, path_of, place_of, pulls_of
 from fieldsim.dynamics.radau.step import (
     AHEAD,
-    CHANGE,
     ENDS,
     EXTRAPOLATION,
     IN_POWERS,
     PULL,
+    arrived,
+    expected_of,
     lengthening,
+    replanned,
     scaled,
     settled_of,
-    travelled,
 )
 from fieldsim.dynamics.splitting.groups import column
 from fieldsim.numerics.running_sums import exactly_added
@@ -139,10 +140,9 @@ def within_of(kinds_used, lanes: int):
         place(pulling, which, window, step.t, step.t_rest, h)
         b = scaled(step.b, h / step.h)
         p, _good, _sweeps = settled(step.x, step.x_rest, step.v, b, h, pulling, which)
-        dx, dv, dv_rest = travelled(step.v, step.v_rest, column(p, 0, 0), mixed(ENDS, p), h)
-        x, x_rest = exactly_added(step.x, step.x_rest, h * step.v)
-        v, v_rest = exactly_added(step.v, step.v_rest, dv)
-        return x + (x_rest + dx), v + (v_rest + dv_rest)
+        a = column(p, 0, 0)
+        x, _x_rest, v, _v_rest = arrived(step.x, step.x_rest, step.v, step.v_rest, a, mixed(ENDS, p), h)
+        return x, v
 
     return within
 
@@ -186,7 +186,7 @@ def radau_kernel(kinds_used, lanes: int):
     """
     settled, mixed = settled_of(kinds_used, lanes), mixed_of(lanes)
     within, crossing = within_of(kinds_used, lanes), crossing_of(kinds_used, lanes)
-    pulls, place = pulls_of(kinds_used, lanes), place_of(kinds_used, lanes)
+    path, pulls, place = path_of(lanes), pulls_of(kinds_used, lanes), place_of(kinds_used, lanes)
 
     @wp.kernel(module="unique", enable_backward=False)
     def radau(
@@ -222,28 +222,24 @@ def radau_kernel(kinds_used, lanes: int):
             left = (window.end - t) - t_rest
             if plan == wp.float64(0.0):
                 place(pulling, which, window, t, t_rest, wp.float64(0.0))
-                a = column(pulls(Series(), x, x_rest, v, wp.float64(0.0), pulling, which), 0, 0)
+                a = column(pulls(path(Series(), x, x_rest, v, wp.float64(0.0)), pulling, which), 0, 0)
                 evaluations += 1
                 plan = first_step(x, v, a, leg.extent)
             if plan * wp.length(v) > leg.stride:
                 plan = leg.stride / wp.length(v)
             h = fitted(plan, left)
             place(pulling, which, window, t, t_rest, h)
-            expected = Series()
             known = last.h > wp.float64(0.0) and h < EXTRAPOLATION * last.h
-            if known:
-                expected = scaled(mixed(AHEAD, last.b), h / last.h) + miss
-            else:
-                for c in range(3):
-                    expected[c, 0] = a[c]
+            expected = expected_of(mixed(AHEAD, last.b), miss, a, known, h / last.h)
             p, good, sweeps = settled(x, x_rest, v, expected, h, pulling, which)
             evaluations += PLACES * sweeps
             ends = mixed(ENDS, p)
+            b = mixed(IN_POWERS, p)
             a = column(p, 0, 0)
             noise = ROUNDING * (leg.extent + wp.length(x)) / (h * h)
-            longer = lengthening(a, ends, noise)
-            growth = leg.eta * longer
-            if good == 1 and growth * CHANGE >= wp.float64(1.0):
+            longer = lengthening(a, ends, column(b, 0, PLACES - 1), noise)
+            counts, plan = replanned(plan, h, leg.eta * longer, good)
+            if counts:
                 taken += 1
                 last.x = x
                 last.x_rest = x_rest
@@ -252,16 +248,12 @@ def radau_kernel(kinds_used, lanes: int):
                 last.t = t
                 last.t_rest = t_rest
                 last.h = h
-                last.b = mixed(IN_POWERS, p)
+                last.b = b
                 miss = Series()
                 if known:
                     miss = last.b - expected
-                dx, dv, dv_rest = travelled(v, v_rest, a, ends, h)
+                x, x_rest, v, v_rest = arrived(x, x_rest, v, v_rest, a, ends, h)
                 a = column(ends, 0, PULL)
-                x, x_rest = exactly_added(x, x_rest, h * v)
-                x, x_rest = exactly_added(x, x_rest, dx)
-                v, v_rest = exactly_added(v, v_rest, dv)
-                v, v_rest = exactly_added(v, v_rest, dv_rest)
                 t, t_rest = exactly_added(t, t_rest, h)
                 if h * longer < shortest:
                     shortest = h * longer
@@ -269,7 +261,6 @@ def radau_kernel(kinds_used, lanes: int):
                 if h == left:
                     t = window.end
                     t_rest = wp.float64(0.0)
-                plan = wp.min(growth * h, CHANGE * wp.max(plan, h))
                 if wp.dot(x, x) > leg.escape2:
                     h = crossing(last, leg.escape2, pulling, which, window)
                     x, v = within(last, h, pulling, which, window)
@@ -278,11 +269,6 @@ def radau_kernel(kinds_used, lanes: int):
                     last.h = h
                     ended = STOPPED
                     break
-            else:
-                # Not (growth > ...), so that a NaN shortens as well.
-                plan = wp.float64(0.25) * h
-                if good == 1 and growth > wp.float64(0.02):
-                    plan = growth * h
             if not (plan > SHORTEST * wp.abs(t - leg.begin)):
                 ended = LOST
         flights.x[i] = x

@@ -71,36 +71,51 @@ moving = hole("x, y, z, rows, kinds, first, count")
 
 
 @portable
-def _pull(
+def _path(
     wx: real, wy: real, wz: real, s: real, x: real, y: real, z: real, rx: real, ry: real, rz: real,
-    ux: real, uy: real, uz: real, h2: real, rows: Table, kinds: Indices, still: int,
+    ux: real, uy: real, uz: real, h2: real,
+):  # fmt: skip
+    return x + (rx + s * ux + h2 * wx), y + (ry + s * uy + h2 * wy), z + (rz + s * uz + h2 * wz)
+
+
+@functools.cache
+def path_of(lanes: int):
+    """Warp function (ways, x, rest, v, h) -> positions at the nodes of a step of length h from x on, and its rest.
+
+    ways: their offsets less those by the velocity v, in units of h^2.
+    """
+    inputs = ("rows 3", "rows 1", *("real",) * 10)
+    at_nodes = group_function(_path, wp.float64, inputs, (0, 1, 2), PLACES, lanes)
+
+    @wp.func
+    def path(ways: Series, x: wp.vec3d, rest: wp.vec3d, v: wp.vec3d, h: wp.float64):
+        u = h * v
+        return at_nodes(ways, NODES, x[0], x[1], x[2], rest[0], rest[1], rest[2], u[0], u[1], u[2], h * h)
+
+    return path
+
+
+@portable
+def _pull(
+    x: real, y: real, z: real, rows: Table, kinds: Indices, still: int,
     moving_rows: Table, moving_kinds: Indices, first: int, count: int,
 ):  # fmt: skip
-    """Acceleration on the path x + (its rest r + s u + h^2 w), u the way at the first velocity."""
-    px = x + (rx + s * ux + h2 * wx)
-    py = y + (ry + s * uy + h2 * wy)
-    pz = z + (rz + s * uz + h2 * wz)
-    _f, ax, ay, az = fixed(px, py, pz, rows, kinds, 0, still)
-    _g, bx, by, bz = moving(px, py, pz, moving_rows, moving_kinds, first, count)
+    _f, ax, ay, az = fixed(x, y, z, rows, kinds, 0, still)
+    _g, bx, by, bz = moving(x, y, z, moving_rows, moving_kinds, first, count)
     return ax + bx, ay + by, az + bz
 
 
 @functools.cache
 def pulls_of(kinds_used, lanes: int):
-    """Warp function (ways, x, rest, v, h, pulling, which) -> accelerations at the nodes of a step of length h.
-
-    ways: offsets of the nodes less s h v, in units of h^2; which: the particle among those of `pulling`.
-    """
+    """Warp function (points, pulling, which) -> accelerations at the nodes of the particle `which` of `pulling`."""
     bound = dict(zip(("fixed", "moving"), map(registry.field_sum, kinds_used), strict=True))
-    inputs = ("rows 3", "rows 1", *("real",) * 10, "table", "indices", "int", TABLES, "indices", "int", "int")
+    inputs = ("rows 3", "table", "indices", "int", TABLES, "indices", "int", "int")
     pull = group_function(_pull.bind(**bound), wp.float64, inputs, (0, 1, 2), PLACES, lanes)
 
     @wp.func
-    def pulls(ways: Series, x: wp.vec3d, rest: wp.vec3d, v: wp.vec3d, h: wp.float64, pulling: Pulling, which: int):
-        u = h * v
+    def pulls(points: Series, pulling: Pulling, which: int):
         return pull(
-            ways, NODES, x[0], x[1], x[2], rest[0], rest[1], rest[2], u[0], u[1], u[2], h * h,
-            pulling.rows, pulling.kinds, pulling.kinds.shape[0],
+            points, pulling.rows, pulling.kinds, pulling.kinds.shape[0],
             pulling.moving_rows, pulling.moving_kinds, which * pulling.moving, pulling.moving,
         )  # fmt: skip
 

@@ -139,8 +139,7 @@ class RadauRun:
 
     def advance(self, until: float) -> None:
         """Advance every particle by whole steps to the time `until` or beyond."""
-        work = max(1, len(self._sources)) * 3 * PLACES * max(1, self._batch)
-        self._leg.steps = min(LAUNCH_STEPS, max(1, LAUNCH_WORK // work))
+        self._leg.steps = min(LAUNCH_STEPS, max(1, LAUNCH_WORK // self._work))
         while True:
             self._leg.until = min(until, self._windows.end)
             while self._fly():
@@ -197,6 +196,11 @@ class RadauRun:
             outputs = [self._flights, self._running]
             launch(kernel, count, inputs, outputs, device=self._device, grain=1, threads=self._threads)
         return bool(self._running.numpy().any())
+
+    @property
+    def _work(self):
+        """Evaluations of an element in a step of all particles of a launch."""
+        return max(1, len(self._sources)) * 3 * PLACES * max(1, self._batch)
 
     @property
     def _batch(self):

@@ -10,7 +10,7 @@ import functools
 import warp as wp
 
 from fieldsim.dynamics.radau import tables
-from fieldsim.dynamics.radau.nodes import PLACES, Pulling, Series, mixed_of, pulls_of, weights
+from fieldsim.dynamics.radau.nodes import PLACES, Pulling, Series, mixed_of, path_of, pulls_of, weights
 from fieldsim.dynamics.splitting.groups import column
 from fieldsim.numerics.running_sums import exactly_added, product_rest
 
@@ -33,7 +33,7 @@ TINY = wp.constant(wp.float64(1e-300))
 
 IN_POWERS, WAYS, WAYS_OF_POWERS = weights(tables.IN_POWERS), weights(tables.WAYS), weights(tables.WAYS_OF_POWERS)
 AHEAD, ENDS = weights(tables.AHEAD), weights(tables.ENDS)
-WAY, SPEED, SPEED_REST, PULL, FIRST, SECOND, THIRD, LAST = map(wp.constant, tables.COLUMNS)
+WAY, WAY_REST, SPEED, SPEED_REST, PULL, FIRST, SECOND, THIRD = map(wp.constant, tables.COLUMNS)
 
 
 @wp.func
@@ -63,13 +63,29 @@ def largest(v: wp.vec3d):
     return wp.where(wp.length_sq(v) >= wp.float64(0.0), wp.max(wp.abs(v)), wp.length_sq(v))
 
 
+@wp.func
+def moved(p: Series, ways: Series, new: Series):
+    """Size of the accelerations `p` in a step, and by how much they have moved the last node, in units of h^2."""
+    size = largest(column(p, 0, 0)) + largest(column(p, 0, PLACES - 1))
+    return size, largest(column(new, 0, PLACES - 1) - column(ways, 0, PLACES - 1))
+
+
+@wp.func
+def is_last(sweep: int, size: wp.float64, error: wp.float64, last: wp.float64):
+    """Whether a sweep with `error`, after one with the error `last`, is the last of a step."""
+    if sweep == 0:
+        return error <= SETTLED * size
+    # Estimated change by the next sweep, from the convergence so far, which rounding ends.
+    return error * error <= SETTLED * size * last or (sweep > 1 and error >= last)
+
+
 @functools.cache
 def settled_of(kinds_used, lanes: int):
     """Warp function (x, rest, v, b, h, pulling, which) -> (differences, whether it converged, sweeps).
 
     b: the powers of the acceleration that is expected; rest: of x; see `pulls_of`.
     """
-    mixed, pulls = mixed_of(lanes), pulls_of(kinds_used, lanes)
+    mixed, path, pulls = mixed_of(lanes), path_of(lanes), pulls_of(kinds_used, lanes)
 
     @wp.func
     def settled(x: wp.vec3d, rest: wp.vec3d, v: wp.vec3d, b: Series, h: wp.float64, pulling: Pulling, which: int):
@@ -79,21 +95,13 @@ def settled_of(kinds_used, lanes: int):
         good = wp.int32(0)
         p = Series()
         for sweep in range(SWEEPS + 0 * which):
-            a = pulls(ways, x, rest, v, h, pulling, which)
-            p = differences(a)
+            p = differences(pulls(path(ways, x, rest, v, h), pulling, which))
             new = mixed(WAYS, p)
-            moved = column(new, 0, PLACES - 1) - column(ways, 0, PLACES - 1)
+            size, error = moved(p, ways, new)
             ways = new
             sweeps += 1
-            size = largest(column(p, 0, 0)) + largest(column(p, 0, PLACES - 1))
-            error = largest(moved)
-            if sweep > 0:
-                # Estimated change by the next sweep, from the convergence so far, which rounding ends.
-                if error * error <= SETTLED * size * last or (sweep > 1 and error >= last):
-                    good = wp.where(error <= UNSETTLED * size, 1, 0)
-                    break
-            elif error <= SETTLED * size:
-                good = wp.int32(1)
+            if is_last(sweep, size, error, last):
+                good = wp.where(error <= UNSETTLED * size, 1, 0)
                 break
             last = error
         return p, good, sweeps
@@ -102,14 +110,14 @@ def settled_of(kinds_used, lanes: int):
 
 
 @wp.func
-def lengthening(a0: wp.vec3d, ends: Series, noise: wp.float64):
+def lengthening(a0: wp.vec3d, ends: Series, last: wp.vec3d, noise: wp.float64):
     """The time in which the acceleration changes, in steps, from its derivatives a, j, s, c at the step's end.
 
     The longer of two: 2 a^2 / (j^2 + a s) of Pham, Rein & Spiegel 2024 (eq. 16), which vanishes where the acceleration
     passes zero, as in a ring's hole, so that steps would never get there; and Aarseth's (a s + j^2) / (j c + s^2),
     which does not. Both are squares of times. Where the last power is far larger than they promise, the field has a
     kink, and that power itself, Everhart's measure, finds the steps that it takes.
-    noise: accelerations too small to move anything by a rounding error.
+    last: the last power. noise: accelerations too small to move anything by a rounding error.
     """
     force = wp.length(column(ends, 0, PULL))
     jerk = wp.length(column(ends, 0, FIRST))
@@ -120,7 +128,7 @@ def lengthening(a0: wp.vec3d, ends: Series, noise: wp.float64):
     if below != wp.float64(0.0):
         by_jerk = (force * snap + jerk * jerk + noise * noise) / below
     tau = wp.sqrt(wp.max(by_force, by_jerk))
-    rough = wp.length(column(ends, 0, LAST)) - NOISY * noise
+    rough = wp.length(last) - NOISY * noise
     if rough > wp.float64(0.0):
         scale = wp.max(force, wp.length(a0)) / (FACTORIAL * rough)
         part = tau / KINK
@@ -131,12 +139,46 @@ def lengthening(a0: wp.vec3d, ends: Series, noise: wp.float64):
 
 
 @wp.func
-def travelled(v: wp.vec3d, v_rest: wp.vec3d, a0: wp.vec3d, ends: Series, h: wp.float64):
-    """How far a step of length h leads beside the rounded h v, and the change of velocity as a large and a small part.
+def expected_of(shifted: Series, miss: Series, a: wp.vec3d, known: bool, q: wp.float64):
+    """Powers of the acceleration foreseen for a step q times as long as the last.
 
-    The weights carry their rounding errors: these would pull one way at each step, and show after a thousand orbits.
+    shifted: those of the last step from its end on; miss: by how much it had been foreseen wrongly; a: the
+    acceleration, which is all there is where nothing is known.
     """
-    dx = column(ends, 0, WAY)
-    dv = column(ends, 0, SPEED) + column(ends, 0, SPEED_REST)
-    a, rest = exactly_added(a0, wp.vec3d(), dv)
-    return h * (h * dx + v_rest) + product_rest(h, v), h * a, h * rest + product_rest(h, a)
+    b = Series()
+    if known:
+        b = scaled(shifted, q) + miss
+    else:
+        for c in range(3):
+            b[c, 0] = a[c]
+    return b
+
+
+@wp.func
+def replanned(plan: wp.float64, h: wp.float64, growth: wp.float64, good: int):
+    """Whether a step of length h, of which a step `growth` times as long is wanted, counts; length of the next."""
+    if good == 1 and growth * CHANGE >= wp.float64(1.0):
+        return True, wp.min(growth * h, CHANGE * wp.max(plan, h))
+    # Not (growth < ...), so that a NaN shortens as well.
+    if good == 1 and growth > wp.float64(0.02):
+        return False, growth * h
+    return False, wp.float64(0.25) * h
+
+
+@wp.func
+def arrived(
+    x: wp.vec3d, x_rest: wp.vec3d, v: wp.vec3d, v_rest: wp.vec3d, a0: wp.vec3d, ends: Series, h: wp.float64
+):  # fmt: skip
+    """Position and velocity at the end of a step from x and v, with their rests.
+
+    What rounding takes from the weights would pull one way at each step, and show after a thousand orbits. It is added to
+    rests, which are rounded one way as often as the other: a sum with the large part alone would lose it.
+    """
+    dx = h * (h * column(ends, 0, WAY) + v_rest) + (h * (h * column(ends, 0, WAY_REST)) + product_rest(h, v))
+    a, a_rest = exactly_added(a0, wp.vec3d(), column(ends, 0, SPEED))
+    dv_rest = h * (a_rest + column(ends, 0, SPEED_REST)) + product_rest(h, a)
+    x, x_rest = exactly_added(x, x_rest, h * v)
+    x, x_rest = exactly_added(x, x_rest, dx)
+    v, v_rest = exactly_added(v, v_rest, h * a)
+    v, v_rest = exactly_added(v, v_rest, dv_rest)
+    return x, x_rest, v, v_rest

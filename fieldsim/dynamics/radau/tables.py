@@ -57,6 +57,11 @@ def _derivative(polynomial, order):
     return sum(c * math.perm(k, order) for k, c in enumerate(polynomial))
 
 
+def _with_rest(weight):
+    """A weight, and what rounding takes from it."""
+    return weight, weight - Fraction(float(weight))
+
+
 def _table(rows):
     return np.array([[float(c) for c in row] for row in rows])
 
@@ -70,14 +75,14 @@ WAYS = _table([[_way(p, node) for node in NODES] for p in _DIFFERENCES])
 WAYS_OF_POWERS = _table([[_way(p, node) for node in NODES] for p in _POWERS])
 # From powers to powers from the end of the step on, of a step of the same length.
 AHEAD = _table([[math.comb(j, k) for k in range(PLACES)] for j in range(PLACES)])
-# From differences to what a step ends with, by column: the way less h v, in units of h^2; the speed gained without
-# a_0's part, in units of h, and what rounding took from its weights; the acceleration and its first three derivatives;
-# the last power.
-COLUMNS = WAY, SPEED, SPEED_REST, PULL, FIRST, SECOND, THIRD, LAST = range(PLACES)
+# From differences to what a step ends with, by column: the way less h v, in units of h^2, and what rounding took from
+# its weights; the speed gained without a_0's part, in units of h, and the same of it; the acceleration and its first
+# three derivatives.
+COLUMNS = WAY, WAY_REST, SPEED, SPEED_REST, PULL, FIRST, SECOND, THIRD = range(PLACES)
 _SPEEDS = [Fraction(0), *(_speed(p) for p in _DIFFERENCES[1:])]
 ENDS = _table(
     [
-        [_way(p, 1), speed, speed - Fraction(float(speed)), *(_derivative(p, order) for order in range(4)), p[-1]]
+        [*_with_rest(_way(p, 1)), *_with_rest(speed), *(_derivative(p, order) for order in range(4))]
         for p, speed in zip(_DIFFERENCES, _SPEEDS, strict=True)
     ]
 )

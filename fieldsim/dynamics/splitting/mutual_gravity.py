@@ -54,7 +54,7 @@ law = hole("r2, width, fold, times")
 
 
 @portable
-def _pull_of_sources(x: real, y: real, z: real, rows: Table, count: int):
+def pull_of_sources(x: real, y: real, z: real, rows: Table, count: int):
     """The acceleration at a point by `count` sources."""
     ax = real(0.0)
     ay = real(0.0)
@@ -141,7 +141,7 @@ def _forces_of(kinds_used, kernel, gradients: bool, lanes: int):
     of_sources = ("table", "int")
     pulled, bent = (
         group_function(portable.bind(law=kernel.law), wp.float64, (rows, *of_sources), (0, 1, 2), lanes)
-        for portable, rows in ((_pull_of_sources, "rows 3"), (_gradient_of_sources, "rows 6"))
+        for portable, rows in ((pull_of_sources, "rows 3"), (_gradient_of_sources, "rows 6"))
     )
     matrix, six = vectors(lanes), wp.types.matrix((6, lanes), wp.float64)
 
@@ -277,7 +277,7 @@ class MutualGravity(Uncopied):
     def __init__(self, world, device, threads=None):
         self.device, self.threads = device, threads
         pulling = [particles for particles in world.particles if particles.gravity is not None]
-        self._kernel = pulling[0].gravity if pulling else None
+        self.kernel = pulling[0].gravity if pulling else None
         strengths = [
             np.broadcast_to(p.G * np.asarray(p.mass) if p.gravity is not None else 0.0, len(p)) for p in world.particles
         ]
@@ -288,19 +288,23 @@ class MutualGravity(Uncopied):
     def __len__(self) -> int:
         return len(self._sources)
 
-    def _pull_at(self, x) -> Pull:
-        """What pulls, with the particles at x (N,)."""
+    def rows_at(self, x) -> np.ndarray:
+        """Rows (M, columns of SOURCE) of what pulls, with the particles at x (N,)."""
         rows = np.zeros((len(self), SOURCE.width))
         rows[:, PLACE] = x.numpy()[self._sources]
         rows[:, PULL] = self.strengths[self._sources]
-        rows[:, WIDTH] = self._kernel.width if self._kernel else 0.0
+        rows[:, WIDTH] = self.kernel.width if self.kernel else 0.0
+        return rows
+
+    def _pull_at(self, x) -> Pull:
+        """What pulls, with the particles at x (N,)."""
         pull = Pull()
-        pull.rows = wp.array(rows, dtype=wp.float64, device=self.device)
-        pull.index = self._index
+        pull.rows = wp.array(self.rows_at(x), dtype=wp.float64, device=self.device)
+        pull.index = self.index
         return pull
 
     @functools.cached_property
-    def _index(self):
+    def index(self) -> wp.array:
         """Which row of a `Pull` is each particle's, or -1, (N,)."""
         index = np.full(len(self.strengths), -1)
         index[self._sources] = np.arange(len(self))
@@ -310,7 +314,7 @@ class MutualGravity(Uncopied):
         """Take all particles through `steps` steps; gravity: the bodies' tables at the stages of all of them."""
         count, lanes = len(self.strengths), lanes_of(self.device)
         method, pull = method_of(splitting, dt, self.device), self._pull_at(state.x)
-        code = kinds_used, type(self._kernel), any(splitting.gradients), lanes
+        code = kinds_used, type(self.kernel), any(splitting.gradients), lanes
         if not self.device.is_cuda and count * len(self) <= FEW_PAIRS:
             inputs = [steps, method, gravity, pull, state]
             launch(steps_kernel(*code), 1, inputs, device=self.device, threads=1)
@@ -332,7 +336,7 @@ class MutualGravity(Uncopied):
         state = State()
         state.x = x
         state.v, state.x_rest, state.v_rest, state.a = (wp.zeros_like(x) for _ in range(4))
-        _move, accelerate, _tell, _kick = stage_kernels(kinds_used, type(self._kernel), False, lanes_of(self.device))
+        _move, accelerate, _tell, _kick = stage_kernels(kinds_used, type(self.kernel), False, lanes_of(self.device))
         inputs = [0, gravity, self._pull_at(x), state]
         launch_groups(accelerate, len(x), inputs, device=self.device, threads=self.threads)
         return state.a
@@ -341,7 +345,7 @@ class MutualGravity(Uncopied):
         """Of each particle in the pull of the others, (N,): minus G m of the others times h, per unit of its mass."""
         points = wp.array(positions, dtype=wp.vec3d, device=self.device)
         energies = wp.empty(len(positions), dtype=wp.float64, device=self.device)
-        kernel = potential_kernel(type(self._kernel))
+        kernel = potential_kernel(type(self.kernel))
         inputs = [self._pull_at(points), points]
         launch(kernel, len(positions), inputs, [energies], device=self.device, threads=self.threads)
         return kept(energies.numpy())

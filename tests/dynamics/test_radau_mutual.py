@@ -61,7 +61,8 @@ def energy(masses, x, v, g=1.0):
 def test_three_bodies_fall_together_and_keep_their_energy():
     run = triangle()
     start = energy(MASSES, CORNERS, np.zeros((3, 3)))
-    for time, error in ((5.0, 1e-13), (15.0, 1e-12), (40.0, 1e-11)):
+    # Passages at a hundredth, where kinetic energies are a hundred times the whole, and rounded.
+    for time, error in ((5.0, 1e-12), (15.0, 1e-11), (40.0, 1e-10)):
         run.advance(time)
         assert abs(energy(MASSES, run.positions[0], run.velocities[0]) / start - 1) < error
     np.testing.assert_allclose(MASSES @ run.velocities[0], 0.0, atol=1e-11)

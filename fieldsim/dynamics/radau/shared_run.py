@@ -141,13 +141,15 @@ class SharedRun(RadauRun):
         leg = super()._plan(radau, world, time)
         places = self._flights.x.numpy()
         leg.extent += float(np.abs(places).max(initial=0.0))
+        kernel = self._mutual.kernel
+        assert kernel is not None
         # Two that pull each other may both move.
-        leg.stride = 0.5 * min(leg.stride, 0.5 * self._mutual.kernel.short_reach)
+        leg.stride = 0.5 * min(leg.stride, 0.5 * kernel.short_reach)
         return leg
 
     def _gathered(self, time, steps=0, evaluations=0):
         """The crowd at its start, or where it starts anew."""
-        course = np.zeros(1, dtype=Course.numpy_dtype())
+        course = wp.zeros(1, dtype=Course, device="cpu").numpy()
         course["t"], course["steps"], course["evaluations"] = time, steps, evaluations
         crowd, device = Crowd(), self._device
         crowd.course = wp.array(course, dtype=Course, device=device)

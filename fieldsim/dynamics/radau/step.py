@@ -171,8 +171,8 @@ def arrived(
 ):  # fmt: skip
     """Position and velocity at the end of a step from x and v, with their rests.
 
-    What rounding takes from the weights would pull one way at each step, and show after a thousand orbits. It is added to
-    rests, which are rounded one way as often as the other: a sum with the large part alone would lose it.
+    What rounding takes from the weights would pull one way at each step, and show after a thousand orbits. It is added
+    to rests, which are rounded one way as often as the other: a sum with the large part alone would lose it.
     """
     dx = h * (h * column(ends, 0, WAY) + v_rest) + (h * (h * column(ends, 0, WAY_REST)) + product_rest(h, v))
     a, a_rest = exactly_added(a0, wp.vec3d(), column(ends, 0, SPEED))

@@ -2,8 +2,8 @@
 
 An adaptive step evaluates forces at times that are not known in advance. So the rows of moving elements are sampled on
 the host over a window and interpolated; the window is halved until the interpolants agree with further samples to
-rounding. The kernels evaluate the interpolants; no step passes a window's end. Windows depend on the motions alone, not
-on the times of output.
+rounding. The kernels evaluate the interpolants; no step passes the end of a window, or of one of its parts. Windows
+depend on the motions alone, not on the times of output.
 """
 
 import dataclasses
@@ -12,6 +12,7 @@ import math
 import numpy as np
 import warp as wp
 
+from fieldsim.errors import InputError
 from fieldsim.portable import Table, portable, real
 from fieldsim.potentials.row import DIRECTIONS, POSITIONS, ROW_WIDTH
 from fieldsim.sources.elements import Sources
@@ -23,6 +24,10 @@ DEGREE = 20
 FIRST_LENGTH = 2.0
 GROWTH = 2.0
 AIM = DEGREE - 2
+# A window has parts of one length, twice as many as the one before: at most so many, for which at most so many rows are
+# sampled at once.
+PARTS = 32
+SAMPLES = 30_000
 # Windows shorter than this share of the longest are not halved further: they contain a jump. The first window may be
 # short because of the unit of time, so it is halved much farther, as if the longest were no longer than NO_LENGTH.
 SHORTEST = 2.0**-30
@@ -33,30 +38,42 @@ AGREEMENT = 4e-15
 
 @wp.struct
 class Window:
-    """Interpolants over the time until `end`; middle, half: of the window; inf where nothing moves.
+    """Interpolants over the time from bounds[0] on: part p of `parts` lasts until bounds[p + 1].
 
-    coefficients (columns, DEGREE + 1): of each number that changes, found in row rows[c], column columns[c].
+    The last bound is inf where nothing moves. coefficients (parts * numbers, DEGREE + 1): of each number that changes,
+    part after part. What changes, in row rows[c], column columns[c], is the number which[c]; these ascend.
     """
 
-    end: wp.float64
-    middle: wp.float64
-    half: wp.float64
+    bounds: wp.array(dtype=wp.float64)
+    parts: int
+    numbers: int
     coefficients: wp.array2d(dtype=wp.float64)
     rows: wp.array(dtype=wp.int32)
     columns: wp.array(dtype=wp.int32)
+    which: wp.array(dtype=wp.int32)
+
+
+@wp.func
+def part_from(window: Window, t: wp.float64):
+    """The part of a window in which a step from the time t on lies."""
+    part = wp.int32(0)
+    for p in range(1, window.parts):
+        if t >= window.bounds[p]:
+            part = p
+    return part
 
 
 @portable
 def interpolated(u: real, coefficients: Table, k: int):
-    """The k-th interpolant of a window at u = -1..1 from its start to its end: Clenshaw's recurrence."""
+    """The k-th interpolant of a window at u = -1..1 from its part's start to its end: Clenshaw's recurrence."""
     twice = u + u
     b1 = real(0.0)
     b2 = real(0.0)
     for j in range(DEGREE):
-        b0 = twice * b1 - b2 + coefficients[k, DEGREE - j]
+        b0 = twice * b1 + (coefficients[k, DEGREE - j] - b2)
         b2 = b1
         b1 = b0
-    return u * b1 - b2 + coefficients[k, 0]
+    return u * b1 + (coefficients[k, 0] - b2)
 
 
 def _cosines(numerators, denominator):
@@ -70,6 +87,7 @@ _ODD = 2 * _DEGREES + 1
 _POINTS = _cosines(_ODD, 2 * len(_ODD))
 _BETWEEN = _cosines(np.arange(DEGREE + 2), DEGREE + 1)
 _AT_BETWEEN = _cosines(np.outer(np.arange(DEGREE + 2), _DEGREES), DEGREE + 1)
+SAMPLED = len(_POINTS) + len(_BETWEEN)
 # From samples to coefficients.
 _TRANSFORM = _cosines(np.outer(_DEGREES, _ODD), 2 * len(_ODD)) * (2.0 / len(_ODD))
 _TRANSFORM[0] *= 0.5
@@ -93,64 +111,105 @@ class Windows:
         self._sources = sources
         self._device = device
         self._keys = keyframes(world)
-        self._plan, self._longest = FIRST_LENGTH, NO_LENGTH
-        self.start, self.end = start, start if sources.moving else math.inf
+        self._plan, self._parts, self._longest = FIRST_LENGTH, 1, NO_LENGTH
+        self._most = max(1, min(PARTS, SAMPLES // (SAMPLED * max(1, len(sources.moving_kinds)))))
         self.rows = np.zeros((0, ROW_WIDTH))
         self.window = Window()
-        self.window.end = self.end
-        self._fill(np.zeros((0, DEGREE + 1)), np.zeros((0, 2), dtype=int))
+        nothing = np.zeros((DEGREE + 1, 1, 0))
+        self._fill([start, start if sources.moving else math.inf], nothing, nothing, np.zeros((0, 2), dtype=int))
 
     def advance(self) -> bool:
         """Go on to the next window; whether the numbers that stay over it are those of the window before."""
-        start, limit, length = self.end, self._next_key(), self._plan
+        start, limit, length, parts = self.end, self._next_key(), self._plan, self._parts
         while True:
-            end = min(start + length, limit)
-            samples, known, agree = self._sampled(start, end)
-            if agree or length <= max(SHORTEST * self._longest, 64 * np.spacing(abs(start))):
+            bounds = _bounds(start, length, parts, limit)
+            length = bounds[1] - start
+            try:
+                rows, changing, samples, known, agree = self._sampled(bounds)
+            except InputError:
+                if len(bounds) == 2:
+                    raise
+                # A motion that ends somewhere is sampled beyond its end as little as can be.
+                self._most = parts = 1
+                continue
+            good = len(agree) if agree.all() else int(np.argmin(agree))
+            if good or length <= max(SHORTEST * self._longest, 64 * np.spacing(abs(start))):
                 break
-            length = 0.5 * (end - start)
+            length, parts = 0.5 * length, 1
+        self._parts = min(self._most, 2 * len(agree)) if agree.all() else 1
+        good = max(1, good)
         self._longest = max(length, self._longest)
-        self.start, self.end = start, end
-        self.window.end, self.window.middle, self.window.half = end, 0.5 * (start + end), 0.5 * (end - start)
-        changing = (samples != samples[0]).any(axis=0)
-        rows, earlier = np.where(changing, np.nan, samples[0]), self.rows
-        coefficients, self.rows = _coefficients(samples)[:, changing], rows
-        self._plan = length if end == limit else length * _growth(coefficients, known[changing])
-        self._fill(coefficients, np.argwhere(changing))
-        return np.array_equal(rows, earlier, equal_nan=True)
+        samples, earlier = samples[:, :good], self.rows
+        coefficients = _coefficients(samples)
+        self.rows = np.where(changing, np.nan, rows)
+        if bounds[good] < limit:
+            self._plan = length * _growth(coefficients, known[:good])
+        self._fill(bounds[: good + 1], samples, coefficients, np.argwhere(changing))
+        return np.array_equal(self.rows, earlier, equal_nan=True)
 
-    def _fill(self, coefficients, places):
+    def _fill(self, bounds, samples, coefficients, places):
+        """Make the window of samples and interpolants, (DEGREE + 1, parts, M) each, of numbers at places (M, 2)."""
+        self.start, self.end = bounds[0], bounds[-1]
+        # Many numbers are the same: a body's points, and columns of its elements that mean nothing, move alike.
+        known: dict[bytes, int] = {}
+        which = [known.setdefault(samples[..., k].tobytes(), len(known)) for k in range(len(places))]
+        which = np.array(which, dtype=int)
+        table = np.moveaxis(coefficients, 0, -1)
+        different, order = np.unique(which, return_index=True)[1], np.argsort(which, kind="stable")
         window, device = self.window, self._device
-        window.coefficients = wp.array(np.ascontiguousarray(coefficients.T), dtype=wp.float64, device=device)
-        window.rows = wp.array(np.ascontiguousarray(places[:, 0]), dtype=wp.int32, device=device)
-        window.columns = wp.array(np.ascontiguousarray(places[:, 1]), dtype=wp.int32, device=device)
+        window.parts, window.numbers = len(table), len(different)
+        window.bounds = wp.array(bounds, dtype=wp.float64, device=device)
+        table = table[:, different].reshape(len(table) * len(different), DEGREE + 1)
+        window.coefficients = wp.array(table, dtype=wp.float64, device=device)
+        for name, values in (("rows", places[order, 0]), ("columns", places[order, 1]), ("which", which[order])):
+            setattr(window, name, wp.array(values, dtype=wp.int32, device=device))
 
     def _next_key(self):
         """The first time after the present window when some keyframe's curve has a kink."""
         return min((_key_after(keys, self.end) for keys in self._keys), default=math.inf)
 
-    def _sampled(self, start, end):
-        """Rows at the sampling points, how well they are known, and whether interpolants agree with rows in between."""
-        middle, half = 0.5 * (start + end), 0.5 * (end - start)
-        rows = self._sources.rows_at(np.clip(middle + half * np.concatenate([_POINTS, _BETWEEN]), start, end))
-        samples, between = np.split(rows, [len(_POINTS)])
+    def _sampled(self, bounds):
+        """Rows at the start (M, ROW_WIDTH), which of their numbers change, and samples of these K numbers.
+
+        Then how well these are known (parts, K), and in which parts interpolants agree with what is in between.
+        """
+        starts, ends = np.array(bounds[:-1]), np.array(bounds[1:])
+        middles, halves = 0.5 * (starts + ends), 0.5 * (ends - starts)
+        times = np.clip(middles + halves * np.concatenate([_POINTS, _BETWEEN])[:, None], starts, ends)
+        rows = self._sources.rows_at(times.ravel())
+        changing = (rows != rows[0]).any(axis=0)
+        numbers = rows[:, changing].reshape(*times.shape, -1)
+        samples, between = np.split(numbers, [len(_POINTS)])
         error = np.abs(np.tensordot(_AT_BETWEEN, _coefficients(samples), axes=1) - between).max(axis=0)
         # The rounding of times moves fast elements, too.
-        speed = np.abs(np.diff(samples, axis=0)).max(axis=0) / (half * np.abs(np.diff(_POINTS)).min())
-        rounding = 4.0 * np.spacing(max(abs(start), abs(end))) * speed
-        known = AGREEMENT * _sizes(samples) + rounding
-        return samples, known, bool((error <= known).all())
+        closest = halves * np.abs(np.diff(_POINTS)).min()
+        grain = 4.0 * np.spacing(np.maximum(np.abs(starts), np.abs(ends))) / closest
+        rounding = np.abs(np.diff(samples, axis=0)).max(axis=0) * grain[:, None]
+        known = AGREEMENT * _sizes(rows)[changing] + rounding
+        return rows[0], changing, samples, known, (error <= known).all(axis=1)
+
+
+def _bounds(start, length, parts, limit):
+    """Where the parts of a window begin and end: so many of a length, or what there is up to a limit."""
+    if start + length >= limit:
+        return [start, limit]
+    if start + parts * length > limit:
+        parts = int((limit - start) / length)
+    return [start, *(start + length * k for k in range(1, parts + 1))]
 
 
 def _growth(coefficients, known):
-    """How many times longer the next window may be; coefficients (DEGREE + 1, M) of M numbers, known so well (M,)."""
-    count = np.flatnonzero((np.abs(coefficients) > known).any(axis=1)).max(initial=1)
+    """How many times longer the next window's parts may be.
+
+    coefficients (DEGREE + 1, parts, M) of M numbers, known so well (parts, M).
+    """
+    count = np.flatnonzero((np.abs(coefficients) > known).any(axis=(1, 2))).max(initial=1)
     return min(GROWTH, max(1.0, AIM / count))
 
 
-def _sizes(samples):
-    """What numbers in rows are to be compared with, (elements, ROW_WIDTH): positions with the largest coordinate."""
-    sizes = np.abs(samples).max(axis=0)
+def _sizes(rows):
+    """What numbers in rows are to be compared with, (M, ROW_WIDTH): positions with the largest coordinate."""
+    sizes = np.abs(rows).max(axis=0)
     for group in (POSITIONS, DIRECTIONS):
         sizes[:, group] = sizes[:, group].max(axis=1, keepdims=True)
     return sizes

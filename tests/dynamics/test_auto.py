@@ -128,8 +128,8 @@ def test_too_many_that_pull_are_refused_by_number(monkeypatch):
 
 def test_candidates_that_cannot_move_a_world_are_refused_in_words():
     world = fs.World()
-    world.add_particles([(1, 0, 0), (-1, 0, 0)], [(0, 0.5, 0), (0, -0.5, 0)], gravity=fs.Newtonian())
-    with pytest.raises(fs.InputError, match=r"no candidate can move this world: particles of set 0 pull each other"):
+    world.add_particles([(1, 0, 0), (-1, 0, 0)], [(0, 0.5, 0), (0, -0.5, 0)], contact=fs.Bounce())
+    with pytest.raises(fs.InputError, match=r"no candidate can move this world: particles of set 0 have contact"):
         fs.Simulation(world, fs.Auto(candidates=(fs.Radau,)))
 
 

@@ -1,5 +1,6 @@
 """Windows of moving sources: as long as their interpolants allow, whatever the time; poses of many times."""
 
+import itertools
 import math
 
 import numpy as np
@@ -27,9 +28,9 @@ def windows(start, motion=circling):
 def test_windows_stay_long_where_times_are_coarse(start):
     found = windows(start)
     lengths = []
-    for _ in range(40):
+    for _ in range(12):
         found.advance()
-        lengths.append(found.end - found.start)
+        lengths += np.diff(found.window.bounds.numpy()).tolist()
     # What is above the rounding of 1e7, 2e-9, takes fewer degrees, and so the windows are longer.
     assert min(lengths[10:]) > 3.0
     assert max(lengths) < 60.0
@@ -41,11 +42,30 @@ def test_interpolants_are_exact_to_rounding():
         found.advance()
         window = found.window
         coefficients, columns = window.coefficients.numpy(), window.columns.numpy().tolist()
-        places = [columns.index(POINT.start + axis) for axis in range(2)]
-        for u in (-1.0, -0.3, 0.7, 1.0):
-            expected = circling(window.middle + u * window.half)
-            values = [interpolated(u, coefficients, k) for k in places]
-            np.testing.assert_allclose(values, expected[:2], rtol=0, atol=1e-14)
+        assert window.numbers == 2
+        numbers = [window.which.numpy()[columns.index(POINT.start + axis)] for axis in range(2)]
+        for part, (start, end) in enumerate(itertools.pairwise(window.bounds.numpy())):
+            for u in (-1.0, -0.3, 0.7, 1.0):
+                expected = circling(0.5 * (start + end) + u * 0.5 * (end - start))
+                values = [interpolated(u, coefficients, 2 * part + number) for number in numbers]
+                np.testing.assert_allclose(values, expected[:2], rtol=0, atol=1e-14 + np.spacing(end))
+
+
+def test_a_motion_that_ends_is_followed_to_its_last_windows():
+    def ending(t):
+        if t > 100.0:
+            raise ValueError("no more")
+        return circling(t)
+
+    found, endless = windows(0.0, ending), windows(0.0)
+    while found.end < 90.0:
+        found.advance()
+    with pytest.raises(fs.InputError, match="no more"):
+        list(iter(found.advance, None))
+    assert found.end > 90.0
+    while endless.end < 100.0:
+        endless.advance()
+    assert endless.window.parts > 4
 
 
 def test_numbers_that_stay_are_told_from_those_that_change():

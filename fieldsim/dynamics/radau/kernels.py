@@ -21,7 +21,7 @@ from fieldsim.dynamics.radau.step import (
 )
 from fieldsim.dynamics.splitting.groups import column
 from fieldsim.numerics.running_sums import exactly_added
-from fieldsim.sources.windows import Window
+from fieldsim.sources.windows import Window, part_from
 
 # A step shorter than this part of the elapsed time is too short to arrive: the particle is lost.
 SHORTEST = wp.constant(wp.float64(2.0**-60))
@@ -219,7 +219,8 @@ def radau_kernel(kinds_used, lanes: int):
                 ended = STOPPED
             if t >= leg.until or ended != FLYING:
                 break
-            left = (window.end - t) - t_rest
+            end = window.bounds[part_from(window, t) + 1]
+            left = (end - t) - t_rest
             if plan == wp.float64(0.0):
                 place(pulling, which, window, t, t_rest, wp.float64(0.0))
                 a = column(pulls(path(Series(), x, x_rest, v, wp.float64(0.0)), pulling, which), 0, 0)
@@ -259,7 +260,7 @@ def radau_kernel(kinds_used, lanes: int):
                     shortest = h * longer
                     shortest_at = t
                 if h == left:
-                    t = window.end
+                    t = end
                     t_rest = wp.float64(0.0)
                 if wp.dot(x, x) > leg.escape2:
                     h = crossing(last, leg.escape2, pulling, which, window)

@@ -12,7 +12,7 @@ from fieldsim.dynamics.radau import tables
 from fieldsim.portable import Indices, Table, hole, portable, real
 from fieldsim.portable.lanes.functions import TABLES, group_function
 from fieldsim.potentials import registry
-from fieldsim.sources.windows import Window, interpolated
+from fieldsim.sources.windows import Window, interpolated, part_from
 
 PLACES = wp.constant(tables.PLACES)
 Series = wp.types.matrix((3, tables.PLACES), wp.float64)
@@ -133,11 +133,19 @@ def place_of(kinds_used, lanes: int):
 
     @wp.func
     def changing(pulling: Pulling, which: int, window: Window, t: wp.float64, rest: wp.float64, h: wp.float64):
+        part = part_from(window, t)
+        middle = wp.float64(0.5) * (window.bounds[part] + window.bounds[part + 1])
+        half = wp.float64(0.5) * (window.bounds[part + 1] - window.bounds[part])
         u = Row()
         for n in range(PLACES):
-            u[0, n] = ((t - window.middle) + (rest + NODES[0, n] * h)) / window.half
+            u[0, n] = ((t - middle) + (rest + NODES[0, n] * h)) / half
+        values = Row()
+        last = wp.int32(-1)
         for k in range(window.rows.shape[0]):
-            values = value(u, window.coefficients, k)
+            number = window.which[k]
+            if number != last:
+                values = value(u, window.coefficients, part * window.numbers + number)
+                last = number
             row = which * pulling.moving + window.rows[k]
             for n in range(PLACES):
                 pulling.moving_rows[n, row, window.columns[k]] = values[0, n]

@@ -34,12 +34,14 @@ from fieldsim.dynamics.splitting.groups import column
 from fieldsim.dynamics.splitting.mutual_gravity import pull_of_sources
 from fieldsim.numerics.running_sums import exactly_added
 from fieldsim.portable.lanes.functions import TABLES, group_function
-from fieldsim.sources.windows import Window
+from fieldsim.sources.windows import Window, part_from
 
 
 @wp.struct
 class Course:
     """The step that all are taking: when it begins, t, with its rest, and its length h; a length of 0 only looks.
+
+    end: of the sources' interpolants; no step passes it.
 
     last: length of the last step; plan: of the next one. known: whether the last step foretells it. sweep: the present
     one; settled: whether it was the last; good: whether they converged; counts: whether the step does. steps,
@@ -48,6 +50,7 @@ class Course:
 
     t: wp.float64
     t_rest: wp.float64
+    end: wp.float64
     h: wp.float64
     last: wp.float64
     plan: wp.float64
@@ -163,11 +166,10 @@ def begin(h: wp.float64, crowd: Crowd):
 
 
 @functools.cache
-def step_of(kinds_used, lanes: int):
-    """Warp functions of the parts of a step beside its sweeps.
+def start_of(kinds_used, lanes: int):
+    """Warp functions of what comes before sweeps: open and foresee.
 
-    open (leg, pulling, window, flights, crowd), foresee (i, flights, crowd), judge (i, leg, flights, crowd), close
-    (leg, window, crowd), finish (i, flights, crowd).
+    open (leg, pulling, window, flights, crowd); foresee (i, flights, crowd).
     """
     mixed, place = mixed_of(lanes), place_of(kinds_used, lanes)
 
@@ -179,7 +181,9 @@ def step_of(kinds_used, lanes: int):
             if h * wp.length(flights.v[i]) > leg.stride:
                 h = leg.stride / wp.length(flights.v[i])
         crowd.course[0].plan = h
-        h = fitted(h, (window.end - course.t) - course.t_rest)
+        course.end = window.bounds[part_from(window, course.t) + 1]
+        crowd.course[0].end = course.end
+        h = fitted(h, (course.end - course.t) - course.t_rest)
         place(pulling, 0, window, course.t, course.t_rest, h)
         begin(h, crowd)
 
@@ -196,6 +200,45 @@ def step_of(kinds_used, lanes: int):
         crowd.tasks[i].expected = expected
         crowd.tasks[i].ways = mixed(WAYS_OF_POWERS, expected)
 
+    return open, foresee
+
+
+@wp.func
+def close(leg: Leg, crowd: Crowd):
+    """Decide on the step, and on the next."""
+    course = crowd.course[0]
+    least = crowd.tasks[0].longer
+    for i in range(crowd.tasks.shape[0]):
+        if not (crowd.tasks[i].longer >= least):  # a NaN, too
+            least = crowd.tasks[i].longer
+    course.evaluations += wp.int64(PLACES * course.sweep * crowd.tasks.shape[0])
+    if course.h == wp.float64(0.0):
+        course.counts = False
+        course.plan = least
+    else:
+        counts, plan = replanned(course.plan, course.h, leg.eta * least, course.good)
+        course.counts = counts
+        course.plan = plan
+    if course.counts:
+        left = (course.end - course.t) - course.t_rest
+        t, t_rest = exactly_added(course.t, course.t_rest, course.h)
+        if course.h == left:
+            t = course.end
+            t_rest = wp.float64(0.0)
+        course.t = t
+        course.t_rest = t_rest
+        course.last = course.h
+        course.steps += wp.int64(crowd.tasks.shape[0])
+    if not (course.plan > SHORTEST * wp.abs(course.t - leg.begin)):
+        course.ended = LOST
+    crowd.course[0] = course
+
+
+@functools.cache
+def end_of(lanes: int):
+    """Warp functions of what comes after sweeps: judge (i, leg, flights, crowd), finish (i, flights, crowd)."""
+    mixed = mixed_of(lanes)
+
     @wp.func
     def judge(i: int, leg: Leg, flights: Flights, crowd: Crowd):
         h = crowd.course[0].h
@@ -207,35 +250,6 @@ def step_of(kinds_used, lanes: int):
             noise = ROUNDING * (leg.extent + wp.length(x)) / (h * h)
             longer = lengthening(a, mixed(ENDS, p), column(mixed(IN_POWERS, p), 0, PLACES - 1), noise)
         crowd.tasks[i].longer = longer
-
-    @wp.func
-    def close(leg: Leg, window: Window, crowd: Crowd):
-        course = crowd.course[0]
-        least = crowd.tasks[0].longer
-        for i in range(crowd.tasks.shape[0]):
-            if not (crowd.tasks[i].longer >= least):  # a NaN, too
-                least = crowd.tasks[i].longer
-        course.evaluations += wp.int64(PLACES * course.sweep * crowd.tasks.shape[0])
-        if course.h == wp.float64(0.0):
-            course.counts = False
-            course.plan = least
-        else:
-            counts, plan = replanned(course.plan, course.h, leg.eta * least, course.good)
-            course.counts = counts
-            course.plan = plan
-        if course.counts:
-            left = (window.end - course.t) - course.t_rest
-            t, t_rest = exactly_added(course.t, course.t_rest, course.h)
-            if course.h == left:
-                t = window.end
-                t_rest = wp.float64(0.0)
-            course.t = t
-            course.t_rest = t_rest
-            course.last = course.h
-            course.steps += wp.int64(crowd.tasks.shape[0])
-        if not (course.plan > SHORTEST * wp.abs(course.t - leg.begin)):
-            course.ended = LOST
-        crowd.course[0] = course
 
     @wp.func
     def finish(i: int, flights: Flights, crowd: Crowd):
@@ -272,7 +286,7 @@ def step_of(kinds_used, lanes: int):
         flights.a[i] = a
         flights.ended[i] = course.ended
 
-    return open, foresee, judge, close, finish
+    return judge, finish
 
 
 @functools.cache

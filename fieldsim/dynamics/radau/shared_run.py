@@ -8,7 +8,7 @@ import warp as wp
 from fieldsim.dynamics.radau.kernels import FLYING, LOST, Flights, Leg
 from fieldsim.dynamics.radau.nodes import Pulling
 from fieldsim.dynamics.radau.radau import Radau, RadauRun
-from fieldsim.dynamics.radau.shared import Course, Crowd, Task, look_of, step_of, sweep_of
+from fieldsim.dynamics.radau.shared import Course, Crowd, Task, close, end_of, look_of, start_of, sweep_of
 from fieldsim.dynamics.radau.step import SWEEPS
 from fieldsim.dynamics.radau.tables import PLACES
 from fieldsim.dynamics.splitting.mutual_gravity import FEW_PAIRS, MutualGravity
@@ -21,7 +21,7 @@ from fieldsim.sources.windows import Window
 def few_kernels(kinds_used, kernel, lanes: int):
     """Kernels of one thread: steps (leg, pulling, window, flights, crowd), and dense output, as in `many_kernels`."""
     place, pull, weigh = sweep_of(kinds_used, kernel, lanes)
-    open, foresee, judge, close, finish = step_of(kinds_used, lanes)
+    (open, foresee), (judge, finish) = start_of(kinds_used, lanes), end_of(lanes)
     look, remember, show = look_of(kinds_used, lanes)
 
     @wp.func
@@ -48,7 +48,7 @@ def few_kernels(kinds_used, kernel, lanes: int):
             settle(pulling, crowd)
             for i in range(count):
                 judge(i, leg, flights, crowd)
-            close(leg, window, crowd)
+            close(leg, crowd)
             for i in range(count):
                 finish(i, flights, crowd)
 
@@ -77,7 +77,7 @@ def few_kernels(kinds_used, kernel, lanes: int):
 def many_kernels(kinds_used, kernel, lanes: int):
     """Kernels of the parts of steps and of dense output by name, those of each particle with a thread for each."""
     place, pull, weigh = sweep_of(kinds_used, kernel, lanes)
-    open, foresee, judge, close, finish = step_of(kinds_used, lanes)
+    (open, foresee), (judge, finish) = start_of(kinds_used, lanes), end_of(lanes)
     look, remember, show = look_of(kinds_used, lanes)
 
     def opening(start: int, leg: Leg, pulling: Pulling, window: Window, flights: Flights, crowd: Crowd):
@@ -98,9 +98,9 @@ def many_kernels(kinds_used, kernel, lanes: int):
     def judging(start: int, leg: Leg, flights: Flights, crowd: Crowd):
         judge(start + wp.tid(), leg, flights, crowd)
 
-    def closing(start: int, leg: Leg, window: Window, flights: Flights, crowd: Crowd):
+    def closing(start: int, leg: Leg, flights: Flights, crowd: Crowd):
         # All in one: broken off between two of them, the particles would stand at two times.
-        close(leg, window, crowd)
+        close(leg, crowd)
         for i in range(crowd.tasks.shape[0]):
             finish(i, flights, crowd)
 
@@ -204,7 +204,7 @@ class SharedRun(RadauRun):
             self._part("foreseeing", self._count, flights, crowd)
             self._settle(pulling)
             self._part("judging", self._count, self._leg, flights, crowd)
-            self._part("closing", 1, self._leg, window, flights, crowd)
+            self._part("closing", 1, self._leg, flights, crowd)
             taken += 1
         return self._under_way
 

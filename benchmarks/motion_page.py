@@ -33,7 +33,8 @@ Which integrator when, what each costs, and how contact, rest, friction and work
 | an energy tolerance and no thought | `"auto"`, `fs.Auto(tolerance)` |
 | orbits to rounding, close passages, bare wires | `fs.Radau()` |
 | smooth orbits for very long times | `fs.BlanesMoan6(dt)`, `fs.Omelyan6(dt)`: nothing drifts but rounding |
-| free bodies, particles that pull each other | a splitting without force gradients: `fs.Leapfrog`, `fs.BlanesMoan6` |
+| a few particles that pull each other, to rounding | `fs.Radau()` |
+| free bodies | a splitting without force gradients: `fs.Leapfrog`, `fs.BlanesMoan6` |
 | free bodies with friction, or a restitution below 1 | `fs.Leapfrog(dt)`: what is lost cannot be taken back |
 
 `fieldsim run SCENARIO --integrator NAME[:dt]` tries another (`auto:1e-6`, `radau`, `kahanli8:0.05`), and
@@ -41,16 +42,18 @@ Which integrator when, what each costs, and how contact, rest, friction and work
 
 `Auto` tries methods on {sample} of the particles, on all that pull each other and on the free bodies, and takes the
 cheapest method and step that keep the tolerance. First a flight ahead for {ahead} trials' time looks for close
-passages, and trials begin shortly before them: with Radau, where it knows all that is there (the escape radius aside);
-else with the method chosen first, and where that loses the tolerance another trial begins. Where the flight has to end
-early, or nothing keeps the tolerance on it, a warning and `simulation.choice` say until when the choice is good. A
-passage closer still, or of a particle not in the sample, is not foreseen. `EnergyLog` tells of it, and warns where more
-than {lost:g} of a particle's energy is lost.
+passages, and trials begin shortly before them: with Radau, where it knows all that is there (the escape radius
+aside) and no particles pull each other; else with the method chosen first, and where that loses the tolerance
+another trial begins. Where the flight has to end early, or nothing keeps the tolerance on it, a warning and
+`simulation.choice` say until when the choice is good. A passage closer still, or of a particle not in the sample, is
+not foreseen. `EnergyLog` tells of it, and warns where more than {lost:g} of a particle's energy is lost.
 
-`Radau` does not know contacts, the escape radius, free bodies and particles that pull each other, and refuses them; as
-do methods with force gradients the latter two. Particles that pull each other neither touch nor escape. Sections and
-exponents follow particles past all bodies, free ones too, but know no contact, escape and pull of particles on each
-other. All this is refused when a tool is called, by name; `world.replace(...)` gives a copy without what is in the way.
+`Radau` does not know contacts and free bodies, and refuses them; as do methods with force gradients free bodies.
+Each particle has its own steps, but those that pull each other, and what they pull, share one, as in IAS15. Where a
+particle crosses the escape radius Radau finds the crossing itself; the others see it at the end of their step.
+Particles that pull each other neither touch nor escape. Sections and exponents follow particles past all bodies,
+free ones too, but know no contact, escape and pull of particles on each other. All this is refused when a tool is
+called, by name; `world.replace(...)` gives a copy without what is in the way.
 
 ## Methods
 

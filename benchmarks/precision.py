@@ -9,7 +9,7 @@ import time
 
 import numpy as np
 
-from benchmarks import motion_page, rebound_peer
+from benchmarks import celestial, motion_page, rebound_peer
 from fieldsim.dynamics.integrators.splittings import Splitting
 from fieldsim.dynamics.radau.radau import Radau
 from fieldsim.dynamics.simulation import Simulation
@@ -43,9 +43,10 @@ def methods():
 
 
 def rows(full: bool = False):
-    """Kepler orbits, time to precision, growth of errors; full: 1e5 orbits of the donut, too. Writes docs/motion.md."""
+    """Time to precision, growth of errors; full: 1e5 orbits of the donut, too. Writes docs/motion.md."""
     yield from kepler_rows()
     yield from needle_rows()
+    yield from celestial.rows()
     runs = growth_runs(1000)
     yield from growth_rows(runs)
     long = growth_runs(100_000, LONG) if full else {}

@@ -200,6 +200,15 @@ def test_many_particles_share_rows_in_batches(monkeypatch):
     np.testing.assert_array_equal(parts.positions[0], whole.positions[0])
 
 
+def test_nodes_one_after_the_other_as_on_a_gpu_are_as_in_lanes(monkeypatch):
+    lanes = simulation(BAR, *orbits(), motion=TURN)
+    monkeypatch.setattr("fieldsim.dynamics.radau.radau.lanes_on", lambda device: 1)
+    alone = simulation(BAR, *orbits(), motion=TURN)
+    for run in (lanes, alone):
+        run.advance(20.0)
+    np.testing.assert_allclose(alone.positions[0], lanes.positions[0], rtol=0, atol=1e-13)
+
+
 def test_kinks_in_keyframes_are_found_named_or_not():
     curve = Keyframes([0, 1, 2.5, 4], [(0, 0, 0), (0.3, 0, 0.1), (0, 0.5, 0), (-0.2, 0, 0)])
     loop = Keyframes([0, 1, 2.5, 4], [(0, 0, 0), (0.3, 0, 0.1), (0, 0.5, 0), (0, 0, 0)], loop=True)

@@ -153,6 +153,17 @@ def test_many_are_moved_as_few_are(monkeypatch):
         assert many.radau.evaluations == few.radau.evaluations
 
 
+def test_nodes_of_particles_that_pull_one_after_the_other(monkeypatch):
+    lanes = cluster()
+    monkeypatch.setattr("fieldsim.dynamics.radau.radau.lanes_on", lambda device: 1)
+    alone = cluster()
+    monkeypatch.setattr(shared_run, "FEW_PAIRS", 0)
+    many = cluster()
+    for run in (lanes, alone, many):
+        run.advance(0.5)
+        np.testing.assert_allclose(run.positions[0], lanes.positions[0], rtol=0, atol=1e-12)
+
+
 def test_a_manoeuvre_begins_anew():
     run = triangle()
     run.advance(1.0)

@@ -9,6 +9,7 @@ import numpy as np
 import warp as wp
 
 from fieldsim.dynamics.radau import tables
+from fieldsim.dynamics.splitting.groups import ALONE
 from fieldsim.portable import Indices, Table, hole, portable, real
 from fieldsim.portable.lanes.functions import TABLES, group_function
 from fieldsim.potentials import registry
@@ -19,6 +20,11 @@ Series = wp.types.matrix((3, tables.PLACES), wp.float64)
 Row = wp.types.matrix((1, tables.PLACES), wp.float64)
 Weights = wp.types.matrix((tables.PLACES, tables.PLACES), wp.float64)
 NODES = wp.constant(Row(*map(float, tables.NODES)))
+
+
+def lanes_on(device) -> int:
+    """How many nodes are computed at a time on a device."""
+    return ALONE if device.is_cuda else tables.PLACES
 
 
 def weights(table: np.ndarray):

@@ -12,7 +12,7 @@ from fieldsim.arrays import kept
 from fieldsim.dynamics.contact.particle_state import ContactParticles
 from fieldsim.dynamics.integrators.splittings import Integrator
 from fieldsim.dynamics.radau.kernels import FLYING, Flights, Leg, Step, dense_kernel, escapes, radau_kernel
-from fieldsim.dynamics.radau.nodes import Pulling, Series
+from fieldsim.dynamics.radau.nodes import Pulling, Series, lanes_on
 from fieldsim.dynamics.radau.tables import PLACES
 from fieldsim.dynamics.state import columns, renew
 from fieldsim.errors import InputError
@@ -71,7 +71,7 @@ class RadauRun:
 
     def __init__(self, radau: Radau, world, sources: Sources, positions, velocities, time: float, *, threads=None):
         self._sources, self._device, self._threads = sources, positions.device, threads
-        self._lanes = 1 if self._device.is_cuda else PLACES
+        self._lanes = lanes_on(self._device)
         self._world, self._windows = world, Windows(sources, world, time, self._device)
         self._count = len(positions)
         self._flights = self._start(positions, velocities, time)

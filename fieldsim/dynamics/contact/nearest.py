@@ -15,6 +15,8 @@ from fieldsim.portable import portable, real
 LONGEST = 0.5
 # 1 + h k counts as no less in size: on a medial axis it is 0.
 FLATTEST = 1e-3
+# After so many steps one that leads back over the last one is over a crease.
+PATIENCE = 10
 
 
 @portable
@@ -208,3 +210,22 @@ def normal_turn(ox: real, oy: real, oz: real, f: real, fx: real, fy: real, fz: r
         ax * uz + bx * vz,
         ay * uz + by * vz,
     )
+
+
+@portable
+def shortened(size: real, before: real, back: real, most: real, share: real, done: int):
+    """How long a step along the surface may be, and the share of its full length that this is: (most, share).
+
+    Where the surface has a crease, as a profile with a kink makes one, steps lead from one side to the other and do not
+    get shorter: each time they are halved. size: of the full step; before: of the full one before; back: their scalar
+    product; most, share: of the one before, at first infinity and 1; done: steps so far.
+    """
+    if back < real(0.0):
+        if done >= PATIENCE:
+            most = real(0.5) * share * before
+    elif size < real(0.5) * before:
+        most = real(math.inf)
+    share = real(1.0)
+    if size > most:
+        share = most / size
+    return most, share

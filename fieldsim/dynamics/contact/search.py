@@ -9,8 +9,8 @@ import functools
 
 import warp as wp
 
-from fieldsim.dynamics.contact.contacts import Bend, Contacts, followed, touching
-from fieldsim.dynamics.contact.nearest import nearest_step, normal_turn
+from fieldsim.dynamics.contact.contacts import Bend, Contacts, followed, tolerance, touching
+from fieldsim.dynamics.contact.nearest import nearest_step, normal_turn, shortened
 from fieldsim.dynamics.contact.selection import (
     MOST,
     Vectors,
@@ -32,7 +32,7 @@ from fieldsim.sources.surface_velocity import screw
 
 # Steps of a search. It ends with a step of this share of the length over which the surface bends; the error is about
 # its square. Where the gap is CLEAR times as long as a step of that share of it, no more is to be known.
-STEPS = wp.constant(60)
+STEPS = wp.constant(120)
 CLOSE = wp.constant(wp.float64(3e-6))
 ROUGH = wp.constant(wp.float64(1e-3))
 CLEAR = wp.constant(wp.float64(3.0))
@@ -43,10 +43,16 @@ BASIN = wp.constant(wp.float64(0.25))
 # Where 1 + h k is below, a point is the farthest along its line; the search goes on to both sides.
 SADDLE = wp.constant(wp.float64(-1e-6))
 ASIDE = wp.constant(wp.float64(0.1))
+# Where the last step is shortened to less than this share, the search ends on a crease; it comes there to this share of
+# a gap's accuracy, and the normal is the direction to the centre unless that is nearer than this share of the grain.
+CREASED = wp.constant(wp.float64(1e-2))
+SHARP = wp.constant(wp.float64(0.1))
+NEAREST = wp.constant(wp.float64(1e-6))
 TINY = wp.constant(wp.float64(1e-200))
 
 _step = nearest_step.warp(wp.float64)
 _turn = normal_turn.warp(wp.float64)
+_shortened = shortened.warp(wp.float64)
 
 
 @wp.struct
@@ -90,7 +96,10 @@ def nearest_from(kinds_used):
     ):
         result = Nearest()
         q = start
-        for _ in range(STEPS):
+        last = wp.vec3d()
+        most = wp.float64(wp.inf)
+        share = wp.float64(1.0)
+        for k in range(STEPS):
             jet = jet_of(q, surfaces, moment, later)
             g = jet.gradient
             slope = wp.length(g)
@@ -108,8 +117,15 @@ def nearest_from(kinds_used):
                 h[0, 0], h[1, 1], h[2, 2], h[0, 1], h[0, 2], h[1, 2], longest,
             )  # fmt: skip
             d = wp.vec3d(dx, dy, dz)
+            along = d - (wp.dot(d, g) / (slope * slope)) * g
+            most, share = _shortened(wp.length(along), wp.length(last), wp.dot(along, last), most, share, k)
+            last = along
+            d = d - (wp.float64(1.0) - share) * along
             size = wp.length(d)
             scale = wp.min(bend, grain)
+            close = CLOSE * scale
+            if share < wp.float64(1.0):
+                close = SHARP * tolerance(center, radius, grain)
             if least < SADDLE and result.forked == 0 and size <= ASIDE * scale:
                 # The farthest point along its line: to both sides it is nearer.
                 e = ASIDE * scale * wp.vec3d(ex, ey, ez)
@@ -119,12 +135,16 @@ def nearest_from(kinds_used):
                 continue
             q = q + d
             clear = size <= ROUGH * scale and wp.abs(wp.length(center - q) - radius) > CLEAR * size
-            if clear or size <= CLOSE * scale:
+            if clear or size <= close:
                 result.found = wp.int32(1)
                 result.point = q
                 n = wp.vec3d(nx, ny, nz)
+                creased = share < CREASED and wp.length(center - q) > NEAREST * grain
+                if creased:
+                    n = wp.sign(wp.dot(center - q, n)) * wp.normalize(center - q)
+                    result.bend = Bend(wp.float64(wp.nan))  # which nothing follows
                 result.normal = n
-                if wp.static(still):
+                if wp.static(still) and not creased:
                     xx, yy, zz, xy, xz, yz = _turn(
                         o[0], o[1], o[2], jet.f, g[0], g[1], g[2],
                         h[0, 0], h[1, 1], h[2, 2], h[0, 1], h[0, 2], h[1, 2],

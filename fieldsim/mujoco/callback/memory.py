@@ -12,7 +12,7 @@ import numpy as np
 from numba import types
 
 from fieldsim.dynamics.contact.laws import coulomb, pressed
-from fieldsim.dynamics.contact.nearest import curvatures, nearest_step
+from fieldsim.dynamics.contact.nearest import curvatures, nearest_step, shortened
 from fieldsim.mujoco.callback import layout
 from fieldsim.mujoco.callback.addresses import address_of, allocate, doubles, halves, library, release, words
 from fieldsim.mujoco.callback.generalised_forces import actor
@@ -194,7 +194,7 @@ def acting(accuracy: str, contact: bool) -> NativeFunction:
 
 
 # The portable functions in it.
-PORTABLES = coulomb, curvatures, nearest_step, pressed, rotation
+PORTABLES = coulomb, curvatures, nearest_step, pressed, rotation, shortened
 _SIGNATURE = types.void(types.intp, types.intp, types.intp, types.intp)
 
 

@@ -9,7 +9,7 @@ Below 0 the geom touches, and stores the energy hardness |level|^3 / 3 = stiffne
 import functools
 import math
 
-from fieldsim.dynamics.contact.nearest import curvatures, nearest_step
+from fieldsim.dynamics.contact.nearest import curvatures, nearest_step, shortened
 from fieldsim.mujoco.callback.evaluate import field_at, jet_at, maker, vectors
 from fieldsim.mujoco.callback.rows import HEAVIEST, LIGHTEST
 from fieldsim.mujoco.contact.rows import ROUND, SLIGHT
@@ -17,8 +17,6 @@ from fieldsim.mujoco.contact.rows import ROUND, SLIGHT
 # Steps at most towards a nearest point, and the share of the radius of curvature by which the last one moves; a search
 # that ends with longer ones than the other share has found none.
 STEPS, CLOSE, LOST = 50, 1e-7, 1e-2
-# After so many steps one that leads back over the last one is over a crease.
-PATIENCE = 10
 # Nearer than this share of the longest step to the place that it goes to without a field, a search is there.
 ARRIVED = 1e-3
 # 1 + h k counts as no less in size.
@@ -39,6 +37,7 @@ def foot_at(native: bool):
     dot, _, _ = vectors(native)
     step_of = nearest_step.native if native else nearest_step
     bends_of = curvatures.native if native else curvatures
+    shorten = shortened.native if native else shortened
 
     @maker(native)
     def parted(d, g):
@@ -80,11 +79,7 @@ def foot_at(native: bool):
             )  # fmt: skip
             step, now = parted((d[0], d[1], d[2]), g)
             size, before, along = math.sqrt(dot(now, now)), math.sqrt(dot(last, last)), dot(now, last)
-            if size < (0.5 if along > 0.0 else 0.03) * before:
-                most = math.inf
-            elif along < 0.0 and k >= PATIENCE:
-                most = 0.5 * share * before
-            share = min(1.0, most / size) if size > 0.0 else 1.0
+            most, share = shorten(size, before, along, most, share, k)
             last = now
             step = step[0] + share * now[0], step[1] + share * now[1], step[2] + share * now[2]
             x = y[0] + step[0], y[1] + step[1], y[2] + step[2]

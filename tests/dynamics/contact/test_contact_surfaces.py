@@ -1,5 +1,7 @@
 """Contact with the surface of every skeleton that a Material can give: nothing tunnels, reaches are safe."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -225,3 +227,36 @@ def test_what_spins_by_half_a_turn_in_a_step_is_refused():
                 simulation.advance(0.05)
         else:
             simulation.advance(0.05)
+
+
+@pytest.mark.parametrize("radius", [0.02, 0.3])
+def test_a_ball_that_falls_on_a_crease_touches_it_on_time_and_rises_from_it(radius):
+    """The nearest point is the crease's own as long as the centre is between the normals of its two sides."""
+    body = fs.Body(
+        fs.profiled(fs.Segment((-1, 0, 0), (1, 0, 0)), TURN), surface=fs.Material(radius=0.2, blobbiness=-2.0)
+    )
+    field = body.surface_field()
+    top = 0.2
+    for _ in range(50):
+        top -= math.log(field.value((0, 0, top))) * field.value((0, 0, top)) / field.gradient((0, 0, top))[2]
+    side = -field.gradient((1e-9, 0, top))
+    half = math.atan2(side[0], side[2])
+    assert half > 0.01
+    aside = radius * math.sin(half) * np.array([-0.99, -0.5, -1e-3, -1e-6, 0.0, 1e-9, 1e-4, 0.03, 0.2, 0.7, 0.99])
+    world = fs.World()
+    world.add_body(body)
+    world.add_body(fs.Body(fs.Point((0, 0, -1e6)), gravity=fs.Newtonian(), mass=1e12))
+    start = np.column_stack([aside, 0.0 * aside, np.full(len(aside), 0.9)])
+    world.add_particles(start, np.zeros_like(start), radius=radius, contact=fs.Bounce(1.0))
+    simulation = fs.Simulation(world, fs.Leapfrog(1e-3), threads=1)
+    simulation.advance(1.3)
+    events = simulation.events
+    assert len(events) == len(aside)
+    order = np.argsort(events.particles)
+    normals = np.column_stack([aside / radius, 0.0 * aside, np.sqrt(1.0 - (aside / radius) ** 2)])
+    touched = np.sqrt(2.0 * (0.9 - top - radius * normals[:, 2]))
+    np.testing.assert_allclose(events.times[order], touched, rtol=3e-6)
+    np.testing.assert_allclose(events.positions[order], [(0.0, 0.0, top)] * len(aside), atol=1e-10)
+    speeds = np.linalg.norm(events.impulses[order], axis=1)
+    np.testing.assert_allclose(events.impulses[order], speeds[:, None] * normals, atol=1e-7)
+    np.testing.assert_allclose(speeds, 2.0 * touched * normals[:, 2], rtol=3e-6)

@@ -219,6 +219,20 @@ def test_a_ball_wider_than_the_hole_touches_all_around():
     assert force[2] > 0.0
 
 
+def test_a_plate_over_a_ring_is_felt_where_it_is_lowest():
+    """Whichever way it leans: also where the ring's place nearest to its centre is just the one that it is off."""
+    _, data, forces = contact_of('type="box" size="1.3 1.3 0.05"', [RING])
+    energies = []
+    for turn in (0.0, 0.4, 1.0, np.pi / 2, 2.5):
+        across, lean = np.array([np.cos(turn), np.sin(turn), 0.0]), 0.037
+        data.qpos[:3] = -0.0017 * np.cross((0.0, 0.0, 1.0), across) + np.array([0.0, 0.0, 0.1134])
+        data.qpos[3:] = [np.cos(-lean / 2), *(np.sin(-lean / 2) * across)]
+        mujoco.mj_forward(forces.model, data)
+        energies.append(forces.energy().contact)
+    assert energies[0] > 0.0
+    np.testing.assert_allclose(energies, energies[0], rtol=1e-6)
+
+
 def test_bodies_of_unlike_radii_keep_their_own_stiffness():
     """A planet beside does not make a thin ring softer, nor the ring the planet harder."""
     thick = planet(fs.Point((0, 0, -5)), 2.0)

@@ -263,6 +263,11 @@ def beginning(native: bool):
     dot, _, _ = vectors(native)
 
     @maker(native)
+    def apart(a, b):
+        d = a[0] - b[0], a[1] - b[1], a[2] - b[2]
+        return math.sqrt(dot(d, d))
+
+    @maker(native)
     def begin(g, j, k, i, at, plan, turned):
         origin, feet = at[0], int(plan.surface.rows[j, FEET])
         which = k if k < feet else 0
@@ -275,6 +280,8 @@ def beginning(native: bool):
                 o = back(at, (f[0] - origin[0], f[1] - origin[1], f[2] - origin[2]))
                 p = least(plan, i, o, (0.0, 0.0, 0.0), NEAREST, o)
                 if which > 0:
+                    # The same place, as near as the core is to it.
+                    margin += apart(outside(at, p), f) - apart(origin, f)
                     break
                 f, margin = foot(outside(at, p), plan.surface, turned, g, j, which)
             if margin > plan.geoms[i, ROUND]:
@@ -283,10 +290,10 @@ def beginning(native: bool):
             f = inner(plan.surface, turned, g, j, k - feet)
         c = outside(at, p)
         d = c[0] - f[0], c[1] - f[1], c[2] - f[2]
-        away = math.sqrt(dot(d, d))
+        away = apart(c, f)
         if not away > 0.0:
             d = origin[0] - f[0], origin[1] - f[1], origin[2] - f[2]
-            away = math.sqrt(dot(d, d))
+            away = apart(origin, f)
             if not away > 0.0:
                 d, away = (0.0, 0.0, 1.0), 1.0
         share = plan.surface.rows[j, RADIUS] / away

@@ -59,7 +59,8 @@ class Repulsion:
     to the ball than those around them: nothing where its gap is above `reach`, a length, `stiffness` where it touches,
     more where it reaches in. Of a ball whose centre is inside, the nearest way out counts alone; it passes through
     where its energy tops the potential. reach: default half the length over which the thinnest surface's field varies.
-    The steps must resolve it: about 30 to a passage.
+    The steps must resolve it: about 30 to a passage. Where a ball passes between two sides of a surface, as on the axis
+    of a hole, a reach above its gap there makes the force jump (docs/contact.md).
     """
 
     stiffness: float

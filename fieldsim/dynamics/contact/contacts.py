@@ -8,6 +8,7 @@ import functools
 import warp as wp
 
 from fieldsim.dynamics.contact.selection import MOST, Numbers, Vectors, entry, row
+from fieldsim.sources.surface_velocity import screw
 
 # Gaps in units of the surfaces' grain: the accuracy of a place of contact, and the greatest that counts as touching.
 TOLERANCE = wp.constant(wp.float64(1e-10))
@@ -26,12 +27,12 @@ Bends = wp.types.matrix((MOST, 6), wp.float64)
 
 @wp.struct
 class Contacts:
-    """Contacts of a sphere about `center` with gaps below `horizon`: `count` of them, in no order.
+    """Contacts of a sphere about `center` with gaps below `horizon`, at a time in steps: `count` of them, in no order.
 
     gaps: distances of the sphere from the surface, negative where it reaches in; normals: outward from the body;
     points: of the surface; speeds: of the surface along the normal; turns, shifts: twists of the material per step;
-    bends: how the normals turn as the centre moves (see `nearest.normal_turn`), where the surfaces stand still. least:
-    the least gap, or the horizon if that is less; which: whose it is.
+    bends: how the normals turn as the centre moves (see `nearest.normal_turn`). least: the least gap, or the horizon if
+    that is less; which: whose it is.
     """
 
     count: wp.int32
@@ -39,6 +40,7 @@ class Contacts:
     least: wp.float64
     horizon: wp.float64
     center: wp.vec3d
+    time: wp.float64
     gaps: Numbers
     speeds: Numbers
     normals: Vectors
@@ -87,6 +89,24 @@ def followed(contacts: wp.ref[Contacts], k: int, center: wp.vec3d, radius: wp.fl
         return point
     n = row(contacts.normals, k)
     return point + d - wp.dot(n, d) * n - (entry(contacts.gaps, k) + radius) * turn
+
+
+@functools.cache
+def following(kinds_used):
+    """Warp function (contacts, k, centre, radius, time): `followed`, on surfaces that went on moving as they did."""
+
+    @wp.func
+    def still(contacts: wp.ref[Contacts], k: int, center: wp.vec3d, radius: wp.float64, time: wp.float64):
+        return followed(contacts, k, center, radius)
+
+    @wp.func
+    def moving(contacts: wp.ref[Contacts], k: int, center: wp.vec3d, radius: wp.float64, time: wp.float64):
+        passed = time - contacts.time
+        turn = passed * row(contacts.turns, k)
+        shift = passed * row(contacts.shifts, k)
+        return screw(followed(contacts, k, screw(center, -turn, -shift), radius), turn, shift)
+
+    return moving if kinds_used[1] else still
 
 
 @functools.cache

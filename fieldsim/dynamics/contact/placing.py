@@ -50,9 +50,9 @@ def push_out(kinds_used):
 
 @functools.cache
 def set_down(kinds_used):
-    """Warp function (centre, ball, surfaces, moment, time after it, horizon) -> the centre moved until it touches.
+    """Warp function (centre, ball, surfaces, moment, time after it, horizon, contacts) -> the centre where it touches.
 
-    horizon: from how far; what is farther stays.
+    horizon: from how far it is moved there; what is farther stays. contacts: become those there.
     """
     find = contacts_at(kinds_used)
     push = push_out(kinds_used)
@@ -65,14 +65,16 @@ def set_down(kinds_used):
         moment: Moment,
         later: wp.float64,
         horizon: wp.float64,
+        contacts: wp.ref[Contacts],
     ):
-        there = Contacts()
-        find(p, ball.radius, horizon, ball.grain, surfaces, moment, later, there)
+        find(p, ball.radius, horizon, ball.grain, surfaces, moment, later, contacts)
         close = tolerance(p, ball.radius, ball.grain)
-        if there.count > 0 and there.least > close:
-            p = row(there.points, there.which) + (ball.radius + wp.float64(0.5) * close) * row(
-                there.normals, there.which
-            )
-        return push(p, ball, surfaces, moment, later)
+        if contacts.count > 0 and (contacts.least > close or contacts.least < wp.float64(0.0)):
+            if contacts.least > close:
+                outside = ball.radius + wp.float64(0.5) * close
+                p = row(contacts.points, contacts.which) + outside * row(contacts.normals, contacts.which)
+            p = push(p, ball, surfaces, moment, later)
+            find(p, ball.radius, horizon, ball.grain, surfaces, moment, later, contacts)
+        return p
 
     return down

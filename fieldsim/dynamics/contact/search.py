@@ -9,7 +9,7 @@ import functools
 
 import warp as wp
 
-from fieldsim.dynamics.contact.contacts import Bend, Contacts, followed, tolerance, touching
+from fieldsim.dynamics.contact.contacts import Bend, Contacts, following, tolerance, touching
 from fieldsim.dynamics.contact.nearest import nearest_step, normal_turn, shortened
 from fieldsim.dynamics.contact.selection import (
     MOST,
@@ -25,7 +25,7 @@ from fieldsim.dynamics.contact.selection import (
 )
 from fieldsim.potentials import registry
 from fieldsim.potentials.bounds.feet import foot_of, most_feet
-from fieldsim.sources.moments import Moment, fraction, surface_jet
+from fieldsim.sources.moments import Moment, SurfaceJet, fraction, surface_jet
 from fieldsim.sources.rows import ALONE, REACH, shift_of, turn_of
 from fieldsim.sources.stages import Stages
 from fieldsim.sources.surface_velocity import screw
@@ -59,8 +59,8 @@ _shortened = shortened.warp(wp.float64)
 class Nearest:
     """What a search found: the point, its outward normal, the surface's speed along it, and the twist of the material.
 
-    bend: how the normal turns as the centre moves (see `normal_turn`), where the surfaces stand still. found: 1 where
-    it ended. aside, forked: where another search is to begin, if forked is 1.
+    bend: how the normal turns as the centre moves (see `normal_turn`). found: 1 where it ended. aside, forked: where
+    another search is to begin, if forked is 1.
     """
 
     found: wp.int32
@@ -74,6 +74,31 @@ class Nearest:
     aside: wp.vec3d
 
 
+@wp.func
+def bend_at(jet: wp.ref[SurfaceJet], o: wp.vec3d):
+    """How the normal turns as the centre moves, o from the point of the jet."""
+    g = jet.gradient
+    h = jet.hessian
+    xx, yy, zz, xy, xz, yz = _turn(
+        o[0], o[1], o[2], jet.f, g[0], g[1], g[2], h[0, 0], h[1, 1], h[2, 2], h[0, 1], h[0, 2], h[1, 2]
+    )
+    return Bend(xx, yy, zz, xy, xz, yz)
+
+
+@wp.func
+def enter(result: wp.ref[Nearest], jet: wp.ref[SurfaceJet], q: wp.vec3d, d: wp.vec3d, n: wp.vec3d, dt: wp.float64):
+    """Enter the point q with the normal n, to which the step d led from the point of the jet."""
+    result.found = wp.int32(1)
+    result.point = q
+    result.normal = n
+    result.turn = jet.turn
+    result.shift = jet.shift
+    # What growth adds to the material's speed along the normal, and what melting together does.
+    u = wp.cross(jet.turn, q - d) + jet.shift
+    grown = (jet.rate + wp.dot(jet.gradient, u)) / wp.length(jet.gradient)
+    result.speed = (wp.dot(wp.cross(jet.turn, q) + jet.shift, n) + grown) / dt
+
+
 @functools.cache
 def nearest_from(kinds_used):
     """Warp function (start, foot, centre, radius, grain, surfaces, moment, time after it) -> Nearest.
@@ -81,7 +106,6 @@ def nearest_from(kinds_used):
     The search begins at `start`; where there is no field it goes towards the foot.
     """
     jet_of = surface_jet(kinds_used)
-    still = not kinds_used[1]
 
     @wp.func(inline=False)
     def search(
@@ -136,26 +160,13 @@ def nearest_from(kinds_used):
             q = q + d
             clear = size <= ROUGH * scale and wp.abs(wp.length(center - q) - radius) > CLEAR * size
             if clear or size <= close:
-                result.found = wp.int32(1)
-                result.point = q
                 n = wp.vec3d(nx, ny, nz)
-                creased = share < CREASED and wp.length(center - q) > NEAREST * grain
-                if creased:
+                if share < CREASED and wp.length(center - q) > NEAREST * grain:
                     n = wp.sign(wp.dot(center - q, n)) * wp.normalize(center - q)
                     result.bend = Bend(wp.float64(wp.nan))  # which nothing follows
-                result.normal = n
-                if wp.static(still) and not creased:
-                    xx, yy, zz, xy, xz, yz = _turn(
-                        o[0], o[1], o[2], jet.f, g[0], g[1], g[2],
-                        h[0, 0], h[1, 1], h[2, 2], h[0, 1], h[0, 2], h[1, 2],
-                    )  # fmt: skip
-                    result.bend = Bend(xx, yy, zz, xy, xz, yz)
-                result.turn = jet.turn
-                result.shift = jet.shift
-                # What growth adds to the material's speed along the normal, and what melting together does.
-                u = wp.cross(jet.turn, q - d) + jet.shift
-                grown = (jet.rate + wp.dot(g, u)) / slope
-                result.speed = (wp.dot(wp.cross(jet.turn, q) + jet.shift, n) + grown) / moment.dt
+                else:
+                    result.bend = bend_at(jet, o)
+                enter(result, jet, q, d, n, moment.dt)
                 break
         return result
 
@@ -296,7 +307,7 @@ def contacts_at(kinds_used):
     search = nearest_from(kinds_used)
     jet_of = surface_jet(kinds_used)
 
-    still = not kinds_used[1]
+    follow = following(kinds_used)
 
     # One copy of its code, not inlined: it is called in many places.
     @wp.func(inline=False)
@@ -310,12 +321,13 @@ def contacts_at(kinds_used):
         later: wp.float64,
         contacts: wp.ref[Contacts],
     ):
-        starts = Vectors(contacts.points)
+        starts = Vectors()
         starting = contacts.count
-        if wp.static(still):
-            for k in range(starting):
-                starts[k] = followed(contacts, k, center, radius)
+        time = wp.float64(moment.stage) + fraction(moment, later)
+        for k in range(starting):
+            starts[k] = follow(contacts, k, center, radius, time)
         contacts.center = center
+        contacts.time = time
         contacts.count = wp.int32(0)
         contacts.which = wp.int32(0)
         contacts.horizon = horizon

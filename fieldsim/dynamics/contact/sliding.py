@@ -85,7 +85,6 @@ def touched(contacts: wp.ref[Contacts], x: wp.vec3d, ball: wp.ref[ContactParticl
 def carry_along(kinds_used):
     """Warp function (motion, ball, surfaces, moment, duration) that moves a ball with the material for a time."""
     moving = len(kinds_used[1]) > 0
-    find = contacts_at(kinds_used)
     down = set_down(kinds_used)
 
     @wp.func
@@ -101,8 +100,8 @@ def carry_along(kinds_used):
         share = duration / moment.dt
         # What grows or melts together comes nearer or goes away besides.
         x = screw(m.x, share * turn, share * shift)
-        m.x = down(x, ball, surfaces, moment, duration, wp.float64(0.5) * ball.grain)
-        find(m.x, ball.radius, m.here.horizon, ball.grain, surfaces, moment, duration, m.here)
+        horizon = wp.max(m.here.horizon, wp.float64(0.5) * ball.grain)
+        m.x = down(x, ball, surfaces, moment, duration, horizon, m.here)
         u = (wp.cross(turn, m.x) + shift) / moment.dt
         if m.here.count > 0:
             n = row(m.here.normals, m.here.which)

@@ -33,8 +33,9 @@ class Radau(Integrator):
     """Gauss-Radau of order 15 with adaptive steps (IAS15): errors at rounding level, also through close passages.
 
     Each particle has its own steps, about tau (5040 tolerance)^(1/7) long, tau the time in which its acceleration
-    changes. From a tolerance of 1e-7 down rounding is all that is left on smooth orbits. Output at given times comes
-    from each step's polynomial: it costs no step and changes nothing.
+    changes; particles that pull each other, and what they pull, have one, the shortest. From a tolerance of 1e-7 down
+    rounding is all that is left on smooth orbits. Output at given times repeats a part of each last step: it changes
+    nothing. A particle stops where it crosses the world's escape radius.
 
     Motions, masses and skeletons that are functions of time are sampled ahead, beyond the time asked for, too, and
     interpolated to rounding over spans as long as that allows; a change between samples only, such as a jolt that

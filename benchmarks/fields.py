@@ -101,6 +101,17 @@ def grid() -> np.ndarray:
     return np.stack(np.meshgrid(along, along, along, indexing="ij"), axis=-1).reshape(-1, 3) + 0.0123
 
 
+def evaluation(elements, points, order: int):
+    """A function that evaluates a field in lanes at points (N, 3), on one core: derivatives up to that order."""
+    given = [wp.array(points, dtype=wp.vec3d, device="cpu"), wp.array(elements.rows, dtype=wp.float64, device="cpu")]
+    given.append(wp.array(elements.kinds, dtype=wp.int32, device="cpu"))
+    kinds = (wp.float64, wp.vec3d, wp.mat33d)[: order + 1]
+    results = [wp.empty(len(points), dtype=kind, device="cpu") for kind in kinds]
+    kernel = field_kernels.in_lanes(order, elements.kinds_used, wp.float64)
+    items = items_of(len(points), wp.float64)
+    return lambda: launch(kernel, items, [*given, 0, len(elements)], results, device="cpu", threads=1)
+
+
 def in_turns(elements, points, scalar, turns: int = 20):
     """Nanoseconds per point, value and gradient, in lanes and by scalar code: the least of each in its turns."""
     count, vector = len(points), wp.types.vector(3, scalar)

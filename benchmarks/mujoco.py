@@ -1,18 +1,21 @@
 """MuJoCo in a field: time of a step, energy and trajectories of a free body, contact, many worlds.
 
 A step is timed without a field, natively, and with a callback in Python as a user would write it: `Field.gradient` at
-all centres of mass, then mj_applyFT. The field's own cost is that of numba alone, at as many places as a step asks for.
+all centres of mass, then mj_applyFT. The field's own cost is that of lanes alone, at as many places as a step asks for.
 Steps are timed in processor time of the thread, which a busy machine disturbs less.
 """
 
 import contextlib
+import pathlib
 import time
 
 import mujoco
 import numpy as np
 
 import fieldsim as fs
+from benchmarks.fields import evaluation
 from benchmarks.mujoco_motion import PLANET, contacts, orbits, world
+from fieldsim.mujoco.models import model_of
 
 ROUNDS = 40
 # RK4 asks for the forces this often in a step.
@@ -28,10 +31,29 @@ def rows(full: bool = False):
         ("100 bodies", _scattered(100), 40),
         ("chain of 20", _chain(20), 150),
     ):
-        yield from _steps(f"{name}, RK4", world(bodies, timestep=1e-3), steps)
+        yield from _steps(f"{name}, RK4", world(bodies, timestep=1e-3), steps, PLANET)
+    yield from _steps("humanoid, 10 segments", _humanoid(), 200, _segments(10))
     yield from orbits()
     yield from contacts(full)
     yield from _rollouts()
+
+
+_HUMANOID = pathlib.Path(__file__).parents[1] / "scenarios" / "humanoid.xml"
+
+
+def _humanoid():
+    """The ragdoll of the scenarios, 3 above the origin."""
+    model = model_of(_HUMANOID)
+    model.qpos0[2] += 3.0
+    return model
+
+
+def _segments(count):
+    """A planet of segments, each from the end of the one before, within a ball of radius 1."""
+    ends = np.random.default_rng(3).normal(size=(count + 1, 3))
+    ends *= 0.8 / np.linalg.norm(ends, axis=1)[:, None]
+    pairs = zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True)
+    return fs.Body([fs.Segment(start, end) for start, end in pairs], gravity=fs.Newtonian(), mass=1.0)
 
 
 def _scattered(count):
@@ -55,9 +77,9 @@ def _chain(count):
 
 
 @contextlib.contextmanager
-def _python_callback(model):
+def _python_callback(model, planet):
     """What a user would write without FieldForces."""
-    field = PLANET.gravity_field()
+    field = planet.gravity_field()
     none = np.zeros(3)
 
     def callback(model, data):
@@ -72,20 +94,21 @@ def _python_callback(model):
         mujoco.set_mjcb_passive(None)
 
 
-def _steps(name, model, steps):
+def _steps(name, model, steps, planet):
     """Microseconds a step, the best of many short rounds in turn, and what of it neither MuJoCo nor the field costs."""
     data = mujoco.MjData(model)
     none = contextlib.nullcontext()
     best = dict.fromkeys(["no field", "Python callback", *COSTS, *(("alone", accuracy) for accuracy in COSTS)], np.inf)
-    forces = {accuracy: fs.mujoco.FieldForces(model, data, PLANET, accuracy=accuracy) for accuracy in COSTS}
+    forces = {accuracy: fs.mujoco.FieldForces(model, data, planet, accuracy=accuracy) for accuracy in COSTS}
+    stages = STAGES if model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4 else 1
     for _ in range(ROUNDS):
         best["no field"] = min(best["no field"], _timed(model, data, none, steps))
         for accuracy, context in forces.items():
             best[accuracy] = min(best[accuracy], _timed(model, data, context, steps))
             places, kind = COSTS[accuracy]
-            alone = _field_alone(kind, np.repeat(data.xipos[1:], STAGES * places, axis=0))
+            alone = _field_alone(planet, kind, np.repeat(data.xipos[1:], stages * places, axis=0))
             best["alone", accuracy] = min(best["alone", accuracy], alone)
-        python = _timed(model, data, _python_callback(model), max(5, steps // 40))
+        python = _timed(model, data, _python_callback(model, planet), max(5, steps // 40))
         best["Python callback"] = min(best["Python callback"], python)
     base = {"unit": "us/step", "peer": "no field", "peer_value": best["no field"]}
     yield {"name": f"{name}, no field", "value": best["no field"], "unit": "us/step"}
@@ -109,37 +132,15 @@ def _timed(model, data, context, steps):
         return 1e6 * (time.thread_time() - start) / steps
 
 
-_LOOPS = {}
-
-
-def _field_alone(kind, places, times=20):
-    """Microseconds numba takes for the "field", or with its Hessian the "jet", at places (n, 3), and to write it."""
-    elements = PLANET.gravity_elements(0.0)
-    if kind not in _LOOPS:
-        _LOOPS[kind] = _loop(kind, elements.kinds_used)
-    out = np.empty((len(places), 10))
-    arguments = places, elements.rows, elements.kinds, out
-    _LOOPS[kind](*arguments, 1)
+def _field_alone(planet, kind, places, times=20):
+    """Microseconds that lanes take for the "field", or with its Hessian the "jet", at places (n, 3)."""
+    # So many that what a launch takes is little.
+    order = {"field": 1, "jet": 2}[kind]
+    run = evaluation(planet.gravity_elements(0.0), np.tile(places, (times, 1)), order)
+    run()
     start = time.thread_time()
-    _LOOPS[kind](*arguments, times)
+    run()
     return 1e6 * (time.thread_time() - start) / times
-
-
-def _loop(kind, kinds_used):
-    import numba
-
-    from fieldsim.potentials import registry
-
-    total = {"field": registry.field_sum, "jet": registry.jet_sum}[kind](kinds_used).numba
-
-    @numba.njit
-    def run(places, rows, kinds, out, times):
-        for k in range(times * places.shape[0]):
-            i = k % places.shape[0]
-            for j, number in enumerate(total(places[i, 0], places[i, 1], places[i, 2], rows, kinds, 0, 1)):
-                out[i, j] = number
-
-    return run
 
 
 # Many worlds

@@ -113,6 +113,20 @@ def load(module, device, block_dim) -> None:
             ) from first
 
 
+def object_of(module) -> bytes:
+    """The object code of a Warp module for this processor, compiled now; its threads know nothing of blocks."""
+    level = wp.config.log_level
+    module.options["block_dim"] = 1
+    with _threads, tempfile.TemporaryDirectory() as folder:
+        # Warp warns that this code is for this processor alone, as is meant.
+        wp.config.log_level = max(level, wp.LOG_ERROR)
+        try:
+            (path,) = wp.compile_aot_module(module, device="cpu", module_dir=folder)
+        finally:
+            wp.config.log_level = level
+        return path.read_bytes()
+
+
 def is_compiled(module, block_dim) -> bool:
     """Whether the cache seems to hold the module, so that loading takes no time to speak of."""
     return _folder_of(module, block_dim).is_dir()

@@ -108,8 +108,7 @@ class FieldForces(Uncopied):
         checks.gravity(model, keep_gravity)
         checks.timestep(model, backwards=contact is None)
         checks.state(data)
-        needs = "jet" if accuracy == "torque" else "field"
-        self._gravity = SourceTable(self.sources, "gravity", data.time, (needs,), native)
+        self._gravity = SourceTable(self.sources, "gravity", data.time, (), native, accuracy)
         self._surface = SourceTable(self.sources if contact else (), "surface", data.time, LENGTHS, native)
         checks.something_acts(self._gravity, self._surface, contact is not None)
         self._own_gravity = self._failure = None

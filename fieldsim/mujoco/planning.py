@@ -9,6 +9,10 @@ from fieldsim.mujoco.callback.tables import Plan, SourceTable
 from fieldsim.mujoco.contact.geoms import Contact, body_geoms, contacts_at_most, joined
 from fieldsim.mujoco.contact.rows import BOUND, ORIGIN
 from fieldsim.mujoco.points import SIX, geom_points
+from fieldsim.portable.lanes.words import filled
+
+# All of a body's mass at its centre.
+CENTER = np.array([[0.0, 0.0, 0.0, 1.0]])
 
 
 def plan_of(
@@ -42,8 +46,7 @@ def plan_of(
         model.body_rootid.astype(np.int64),
         model.body_parentid.astype(np.int64),
         np.cumsum([0, *model.body_dofnum], dtype=np.int64),
-        _firsts(points),
-        np.concatenate([np.zeros((0, 4)), *points]),
+        *_packed(points),
         _firsts([part.geoms for part in touching]),
         geoms,
         samples,
@@ -60,8 +63,17 @@ def plan_of(
 def at_centers(plan: Plan) -> Plan:
     """The plan with every body's mass at its centre."""
     count = len(plan.bodies)
-    points = np.tile((0.0, 0.0, 0.0, 1.0), (count, 1))
-    return plan._replace(first_point=np.arange(count + 1, dtype=np.int64), points=points)
+    first, points, bodies = _packed([CENTER] * count)
+    return plan._replace(first_point=first, points=points, point_bodies=bodies)
+
+
+def _packed(points):
+    """Points (m, 4) of each body as a plan has them: first_point, points and point_bodies."""
+    counts = [len(part) for part in points]
+    more = filled(sum(counts)) - sum(counts)
+    columns = np.pad(np.concatenate(points).T, ((0, 0), (0, more)), mode="edge")
+    bodies = np.pad(np.repeat(np.arange(len(points)), counts), (0, more), mode="edge")
+    return _firsts(points), np.ascontiguousarray(columns), bodies.astype(np.int32)
 
 
 def _mass_points(model, bodies, accuracy):
@@ -70,7 +82,7 @@ def _mass_points(model, bodies, accuracy):
         return [geom_points(model, body) for body in bodies]
     if accuracy == "points":
         return [SIX] * len(bodies)
-    return [np.zeros((0, 4))] * len(bodies)
+    return [CENTER] * len(bodies)
 
 
 def _touching(model, bodies, contact):

@@ -1,6 +1,7 @@
-"""C functions made of Python ones by numba, kept on disk as object code: the second process only loads them."""
+"""C functions made of Python ones, by numba or in lanes, kept on disk as object code: a second process loads them."""
 
 from fieldsim.native.functions import NativeFunction, inner, native_function
+from fieldsim.native.lanes import ONE_ITEM, lanes_function_at
 from fieldsim.native.loader import known, place_of
 
-__all__ = ["NativeFunction", "inner", "known", "native_function", "place_of"]
+__all__ = ["ONE_ITEM", "NativeFunction", "inner", "known", "lanes_function_at", "native_function", "place_of"]

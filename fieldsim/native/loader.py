@@ -64,8 +64,8 @@ def is_there(name: str) -> bool:
     return True
 
 
-def load(code: bytes, variables) -> int:
-    """The address of ENTRY in an object's code; all functions that the object needs must be there."""
+def load(code: bytes, variables, entry: str = ENTRY) -> int:
+    """The address of a function in an object's code; all functions that the object needs must be there."""
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
     machine = llvm.Target.from_triple(llvm.get_process_triple()).create_target_machine(jit=True, codemodel="jitdefault")
@@ -75,4 +75,4 @@ def load(code: bytes, variables) -> int:
     if _VARIABLE in variables:
         ctypes.c_int64.from_address(engine.get_global_value_address(_VARIABLE)).value = _TABLE.ctypes.data
     _loaded.append(engine)
-    return engine.get_function_address(ENTRY)
+    return engine.get_function_address(entry)

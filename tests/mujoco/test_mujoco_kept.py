@@ -15,7 +15,7 @@ from fieldsim.potentials.registry import element_field
 PACKAGE = pathlib.Path(fieldsim.__file__).parent
 MODULES = [path for folder in ("callback", "contact") for path in sorted((PACKAGE / "mujoco" / folder).glob("*.py"))]
 # Of their modules those that are Python's alone, and sums of fields, whose portable functions are told of one by one.
-OUTSIDE = {f"{name}.py" for name in "feet field_callbacks geoms impact ownership shapes starts tables".split()}
+OUTSIDE = {f"{name}.py" for name in "feet field_callbacks geoms pulls impact ownership shapes starts tables".split()}
 
 
 @pytest.mark.parametrize("path", [path for path in MODULES if path.name not in OUTSIDE], ids=lambda path: path.name)

@@ -7,7 +7,20 @@ import functools
 import math
 
 from fieldsim.mujoco.callback.field_callbacks import caller
-from fieldsim.mujoco.callback.rows import AXIS_X, CENTER_X, COUNT, FIRST, INSIDE_X, PHASE, RATE, SPINS
+from fieldsim.mujoco.callback.rows import (
+    AXIS_X,
+    CENTER_X,
+    COUNT,
+    FIRST,
+    GROUP_CENTER_X,
+    GROUP_COUNT,
+    GROUP_FIRST,
+    GROUP_SPINS,
+    INSIDE_X,
+    PHASE,
+    RATE,
+    SPINS,
+)
 from fieldsim.numerics.rotations import rotation
 
 
@@ -25,13 +38,17 @@ def maker(native: bool, inline: bool = True):
 
 @functools.cache
 def turning(native: bool):
-    """Function (source, time, turns): fill turns (G, 9) with the rotations of the groups that spin."""
+    """Function (source, time, turns): fill turns (G, TURNED_WIDTH) with what the groups are now."""
     about = rotation.native if native else rotation
 
     @maker(native)
     def fill(source, time, turns):
         motions = source.motions
         for g in range(motions.shape[0]):
+            for c in range(3):
+                turns[g, GROUP_CENTER_X + c] = motions[g, CENTER_X + c]
+            turns[g, GROUP_FIRST], turns[g, GROUP_COUNT] = source.groups[g, FIRST], source.groups[g, COUNT]
+            turns[g, GROUP_SPINS] = source.groups[g, SPINS]
             if source.groups[g, SPINS]:
                 angle = motions[g, PHASE] + motions[g, RATE] * time
                 m = about(motions[g, AXIS_X], motions[g, AXIS_X + 1], motions[g, AXIS_X + 2], angle)

@@ -13,7 +13,9 @@ from numba import types
 
 from fieldsim.mujoco.callback.addresses import call_sum, doubles, halves
 from fieldsim.mujoco.callback.feet import near_foot_of, weight_of
-from fieldsim.native import fingerprint, inner, native_function
+from fieldsim.mujoco.callback.pulls import INPUTS, OUTPUTS, pull_of
+from fieldsim.mujoco.callback.rows import PULL_ENERGY
+from fieldsim.native import fingerprint, inner, lanes_function_at, native_function
 from fieldsim.potentials import registry
 from fieldsim.sources.margins import margin_of
 
@@ -92,6 +94,19 @@ def _function_of(total, length):
             result[i] = number
 
     return function
+
+
+def pull_sums(accuracy: str, kinds_used, native: bool):
+    """The pull on a point by elements of given formulas (`pulls.pull_of`), with its energy and, if native, without.
+
+    Each is an address in lanes, or portable.
+    """
+    pull = pull_of(accuracy, kinds_used)
+    if not native:
+        return pull, pull
+    kind = f"{'torque' if accuracy == 'torque' else 'points'}-{fingerprint.digest(kinds_used)[:8]}"
+    wanted = {"pull": OUTPUTS, "force": OUTPUTS[:PULL_ENERGY]}
+    return tuple(lanes_function_at(f"{n}-{kind}", pull, INPUTS, places).address for n, places in wanted.items())
 
 
 @functools.cache

@@ -3,8 +3,8 @@
 import functools
 
 from fieldsim.mujoco.callback.evaluate import maker, turning, vectors
-from fieldsim.mujoco.callback.rows import FIELD_ENERGY, FORCE_X, TORQUE_X
-from fieldsim.mujoco.callback.wrenches import pull_at_center, pull_on_points
+from fieldsim.mujoco.callback.rows import FIELD_ENERGY, FORCE_X, PULL_ENERGY, PULL_TORQUE_X, TORQUE_X
+from fieldsim.mujoco.callback.wrenches import pulling
 from fieldsim.mujoco.contact.losses import losses
 from fieldsim.mujoco.contact.potential import touch
 from fieldsim.mujoco.contact.rows import BODY
@@ -34,7 +34,7 @@ def actor(accuracy: str, contact: bool, native: bool):
     room: a `Room`. found (n, FOUND_WIDTH) or (0, FOUND_WIDTH): where forces, torques and energies of field and contact
     of every body are left, if anywhere.
     """
-    pull = pull_at_center(native) if accuracy == "torque" else pull_on_points(native, accuracy == "points")
+    pull = pulling(accuracy, native)
     fill = turning(native)
     push = _pushing(native)
     dot, cross, _ = vectors(native)
@@ -42,13 +42,16 @@ def actor(accuracy: str, contact: bool, native: bool):
     @maker(native)
     def felt(k, plan, views, room, found):
         """Torque and force on one body, about the centre of mass of its whole tree, as MuJoCo's motion axes are."""
-        force, torque, u = pull(k, plan, views, room.gravity_turns)
-        pushes = room.pushes
-        force = force[0] + pushes[k, FORCE_X], force[1] + pushes[k, FORCE_X + 1], force[2] + pushes[k, FORCE_X + 2]
+        pulls, pushes = room.pulls, room.pushes
+        force = (
+            pulls[k, 0] + pushes[k, FORCE_X],
+            pulls[k, 1] + pushes[k, FORCE_X + 1],
+            pulls[k, 2] + pushes[k, FORCE_X + 2],
+        )
         torque = (
-            torque[0] + pushes[k, TORQUE_X],
-            torque[1] + pushes[k, TORQUE_X + 1],
-            torque[2] + pushes[k, TORQUE_X + 2],
+            pulls[k, PULL_TORQUE_X] + pushes[k, TORQUE_X],
+            pulls[k, PULL_TORQUE_X + 1] + pushes[k, TORQUE_X + 1],
+            pulls[k, PULL_TORQUE_X + 2] + pushes[k, TORQUE_X + 2],
         )
         if found.shape[0] > 0:
             for i in range(found.shape[1]):
@@ -56,7 +59,7 @@ def actor(accuracy: str, contact: bool, native: bool):
             for i in range(3):
                 found[k, FORCE_X + i] = force[i]
                 found[k, TORQUE_X + i] = torque[i]
-            found[k, FIELD_ENERGY] = u
+            found[k, FIELD_ENERGY] = pulls[k, PULL_ENERGY]
         b = plan.bodies[k]
         x, origin, r = views.xipos, views.subtree_com, plan.roots[b]
         tx, ty, tz = cross((x[b, 0] - origin[r, 0], x[b, 1] - origin[r, 1], x[b, 2] - origin[r, 2]), force)
@@ -65,6 +68,7 @@ def actor(accuracy: str, contact: bool, native: bool):
     @maker(native)
     def add(plan, views, room, found):
         fill(plan.gravity, views.time, room.gravity_turns)
+        pull(plan, views, room, found.shape[0] > 0)
         subtree_wrench = room.subtree_wrench
         subtree_wrench[:] = 0.0
         c = views.cdof

@@ -1,7 +1,7 @@
 """Arrays of plans and of MuJoCo's structs, found by native code at the addresses it is handed.
 
 A plan's arrays are listed in a *head*: one row (address, length, length of a row) per array, in the order of `Plan`;
-those of a source are followed by two rows with the addresses of its sums.
+those of a source are followed by three rows with the addresses of its sums.
 """
 
 import ctypes
@@ -16,8 +16,8 @@ from fieldsim.dynamics.contact.nearest import curvatures, nearest_step, shortene
 from fieldsim.mujoco.callback import layout
 from fieldsim.mujoco.callback.addresses import address_of, allocate, doubles, halves, library, release, words
 from fieldsim.mujoco.callback.generalised_forces import actor
-from fieldsim.mujoco.callback.rows import FOUND_WIDTH
-from fieldsim.mujoco.callback.tables import Plan, Room, Source, Views
+from fieldsim.mujoco.callback.rows import BODY_WIDTH, FOUND_WIDTH, PLACED_WIDTH, PULL_WIDTH, TURNED_WIDTH
+from fieldsim.mujoco.callback.tables import WORDS, Plan, Room, Source, Views
 from fieldsim.mujoco.contact.rows import CONTACT, HIT
 from fieldsim.native import NativeFunction, inner, native_function, place_of
 from fieldsim.numerics.rotations import rotation
@@ -61,6 +61,7 @@ def _kinds(head, i):
 def _source(head, i):
     sums = head[i + 4]
     more = head[i + 5]
+    last = head[i + 6]
     return Source(
         _table(head, i),
         _kinds(head, i + 1),
@@ -71,10 +72,12 @@ def _source(head, i):
         sums[2],
         more[0],
         more[1],
+        more[2],
+        last[0],
     )
 
 
-HEAD = 27
+HEAD = 30
 
 
 @inner
@@ -89,16 +92,17 @@ def plan_at(address):
         _indices(head, 4),
         _indices(head, 5),
         _table(head, 6),
-        _indices(head, 7),
-        _table(head, 8),
+        _kinds(head, 7),
+        _indices(head, 8),
         _table(head, 9),
         _table(head, 10),
-        _column(head, 11),
+        _table(head, 11),
         _column(head, 12),
-        _indices(head, 13),
+        _column(head, 13),
         _indices(head, 14),
-        _source(head, 15),
-        _source(head, 21),
+        _indices(head, 15),
+        _source(head, 16),
+        _source(head, 23),
     )
 
 
@@ -170,7 +174,7 @@ def head_of(plan: Plan) -> np.ndarray:
     """The head (HEAD, 3) of a plan, which keeps the arrays alive."""
     rows = [_row(array) for array in plan[:-2]]
     for source in (plan.gravity, plan.surface):
-        rows += [*map(_row, source[:4]), source[4:7], (*source[7:], 0)]
+        rows += [*map(_row, source[:4]), source[4:7], source[7:10], (source[10], 0, 0)]
     return np.array(rows, dtype=np.int64)
 
 
@@ -222,8 +226,13 @@ def _rows_of(work, count, width):
 @inner
 def _room_in(work, plan, bodies, dofs):
     """A `Room` in the memory at an address, and where it ends."""
-    gravity_turns, work = _rows_of(work, plan.gravity.groups.shape[0], 9)
-    surface_turns, work = _rows_of(work, plan.surface.groups.shape[0], 9)
+    gravity_turns, work = _rows_of(work, plan.gravity.groups.shape[0], TURNED_WIDTH)
+    surface_turns, work = _rows_of(work, plan.surface.groups.shape[0], TURNED_WIDTH)
+    frames, work = _rows_of(work, plan.bodies.shape[0], BODY_WIDTH)
+    pulls, work = _rows_of(work, plan.bodies.shape[0], PULL_WIDTH)
+    placed, work = _rows_of(work, PLACED_WIDTH, plan.points.shape[1])
+    pulled, work = _rows_of(work, PULL_WIDTH, plan.points.shape[1])
+    calling, work = numba.carray(words(work), (WORDS,)), work + 8 * WORDS
     subtree_wrench, work = _rows_of(work, bodies, 6)
     pushes, work = _rows_of(work, plan.bodies.shape[0], FOUND_WIDTH)
     hits, work = _rows_of(work, plan.most[0], _HIT_WIDTH)
@@ -231,7 +240,8 @@ def _room_in(work, plan, bodies, dofs):
     loads = numba.carray(doubles(work), (bodies,))
     efforts = numba.carray(doubles(work + 8 * bodies), (dofs,))
     answers = numba.carray(doubles(work + 8 * (bodies + dofs)), (dofs,))
-    room = Room(gravity_turns, surface_turns, subtree_wrench, pushes, hits, contacts, loads, efforts, answers)
+    turns, parts = (gravity_turns, surface_turns), (frames, pulls, placed, pulled, calling)
+    room = Room(*turns, *parts, subtree_wrench, pushes, hits, contacts, loads, efforts, answers)
     return room, work + 8 * (bodies + 2 * dofs)
 
 

@@ -19,6 +19,39 @@ Of `motions`:
 | 8-10 | TURN | angular velocity |
 | 11-13 | SHIFT | velocity of what is at the world's origin |
 
+Of a group now, `turned`, what sums over groups read:
+
+| columns | names | content |
+|---|---|---|
+| 0-8 | GROUP_TURN | its rotation, by rows, where it spins |
+| 9-11 | GROUP_CENTER | about which it spins |
+| 12 | GROUP_FIRST | its first element |
+| 13 | GROUP_COUNT | how many elements there are |
+| 14 | GROUP_SPINS | whether it spins |
+
+Of a body now, `frames`, what the pull at its centre of mass reads:
+
+| columns | names | content |
+|---|---|---|
+| 0-8 | BODY_MATRIX | from its inertial frame to the world's, by rows |
+| 9-11 | BODY_INERTIA | what of its principal moments feels the field |
+
+Of a point now, `placed` (a row for each column):
+
+| columns | names | content |
+|---|---|---|
+| 0-2 | ARM | from the body's centre of mass |
+| 3-5 | PLACE_NOW | where it is |
+| 6 | MASS | what of its mass feels the field |
+
+Of a pull, on a point or a body:
+
+| columns | names | content |
+|---|---|---|
+| 0-2 | PULL_FORCE | on it |
+| 3-5 | PULL_TORQUE | about the body's centre of mass |
+| 6 | PULL_ENERGY | in the fields |
+
 Of rows of surfaces, after the columns of elements (see `potentials.row`):
 
 | columns | names | content |
@@ -76,6 +109,28 @@ PHASE = MOTION.number("PHASE", "of a Spin: angle at time 0")
 CENTER = MOTION.vector("CENTER", "of a Spin")
 TURN = MOTION.vector("TURN", "angular velocity")
 SHIFT = MOTION.vector("SHIFT", "velocity of what is at the world's origin")
+
+TURNED = Layout()
+GROUP_TURN = TURNED.numbers("GROUP_TURN", 9, "its rotation, by rows, where it spins")
+GROUP_CENTER = TURNED.vector("GROUP_CENTER", "about which it spins")
+GROUP_FIRST = TURNED.number("GROUP_FIRST", "its first element")
+GROUP_COUNT = TURNED.number("GROUP_COUNT", "how many elements there are")
+GROUP_SPINS = TURNED.number("GROUP_SPINS", "whether it spins")
+
+BODY = Layout()
+BODY_MATRIX = BODY.numbers("BODY_MATRIX", 9, "from its inertial frame to the world's, by rows")
+BODY_INERTIAS = BODY.vector("BODY_INERTIA", "what of its principal moments feels the field")
+
+PLACED = Layout()
+ARM = PLACED.vector("ARM", "from the body's centre of mass")
+PLACE_NOW = PLACED.vector("PLACE_NOW", "where it is")
+MASS = PLACED.number("MASS", "what of its mass feels the field")
+
+PULL = Layout()
+PULL_FORCE = PULL.vector("PULL_FORCE", "on it")
+PULL_TORQUE = PULL.vector("PULL_TORQUE", "about the body's centre of mass")
+PULL_ENERGY = PULL.number("PULL_ENERGY", "in the fields")
+
 TOUCHED = Layout(extends=ROW)
 REACH = TOUCHED.number("REACH", "as in `sources.rows`, for all who ask for margins")
 RADIUS = TOUCHED.number("RADIUS", "of its body's surface")
@@ -114,5 +169,10 @@ CENTER_X = CENTER.start
 TURN_X = TURN.start
 INSIDE_X = INSIDE.start
 SHIFT_X = SHIFT.start
+TURNED_WIDTH, BODY_WIDTH, PLACED_WIDTH, PULL_WIDTH = TURNED.width, BODY.width, PLACED.width, PULL.width
+GROUP_TURN_X, GROUP_CENTER_X = GROUP_TURN.start, GROUP_CENTER.start
+BODY_MATRIX_X, BODY_INERTIA = BODY_MATRIX.start, BODY_INERTIAS.start
+ARM_X, PLACE_NOW_X = ARM.start, PLACE_NOW.start
+PULL_TORQUE_X = PULL_TORQUE.start
 FOUND_WIDTH = FOUND.width
 FORCE_X, TORQUE_X = FORCE.start, TORQUE.start

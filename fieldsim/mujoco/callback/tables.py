@@ -11,15 +11,18 @@ import numpy as np
 from fieldsim import validate
 from fieldsim.dynamics.refusals import refuse
 from fieldsim.errors import InputError
-from fieldsim.mujoco.callback.field_callbacks import LENGTHS, sum_of, values_of
+from fieldsim.mujoco.callback.field_callbacks import LENGTHS, pull_sums, sum_of, values_of
 from fieldsim.mujoco.callback.rows import (
     AXIS,
+    BODY_WIDTH,
     CENTER,
     FEET,
     FOUND_WIDTH,
     INSIDE,
     MOTION,
     PHASE,
+    PLACED_WIDTH,
+    PULL_WIDTH,
     RADIUS,
     RATE,
     REACH,
@@ -28,6 +31,7 @@ from fieldsim.mujoco.callback.rows import (
     STARTS,
     TOUCHED,
     TURN,
+    TURNED_WIDTH,
     WEIGHT,
 )
 from fieldsim.mujoco.contact.rows import CONTACT, HIT
@@ -42,6 +46,8 @@ from fieldsim.world.body import Body
 from fieldsim.world.motion import Pose, Spin, pose_at
 from fieldsim.world.world import World
 
+# Words of a call of the pull in lanes, with the one that is the others' address.
+WORDS = 19
 # What a user gives as sources: one or several.
 SourcesLike: typing.TypeAlias = Field | Body | World | Sequence[Field | Body | World]
 
@@ -51,7 +57,7 @@ class Source(typing.NamedTuple):
 
     rows (N, >= ROW_WIDTH), kinds (N,): see `potentials.elements`. groups (G, 3), of rows that move together,
     and motions (G, 14), how: see `mujoco.callback.rows`.
-    field, jet, margin, weight, foot: addresses of C functions, see `field_callbacks` (0: not needed).
+    field, jet, margin, weight, foot, pull, force: addresses of C functions, see `field_callbacks` (0: not needed).
     """
 
     rows: np.ndarray
@@ -63,6 +69,8 @@ class Source(typing.NamedTuple):
     margin: int | Callable
     weight: int | Callable
     foot: int | Callable
+    pull: int | Callable
+    force: int | Callable
 
 
 class Plan(typing.NamedTuple):
@@ -70,8 +78,9 @@ class Plan(typing.NamedTuple):
 
     bodies (n,): their ids. Of every body (nbody,): places, where it is among those, or -1; roots, of its tree; parents;
     first_dof (nbody + 1,): its own degrees of freedom are first_dof[b] to first_dof[b + 1] - 1.
-    points (P, 4): places in the bodies' inertial frames (of accuracy "points" in units of the spread of their mass) and
-    shares of the mass, those of body k from first_point[k];
+    points (4, P): places in the bodies' inertial frames (of accuracy "points" in units of the spread of their mass) and
+    shares of the mass, those of body k from first_point[k], which point_bodies (P,) has at each; the last is repeated
+    until there are as many as whole vectors take.
     geoms, samples and faces: see `mujoco.contact.rows`, the geoms of body k from first_geom[k]; reach (n,): of all of
     them, from the centre of mass; law: see `mujoco.callback.rows`. Of every body (nbody,): alone, whether it moves
     freely and nothing is joined to it. most (2,): how many hits there may be, and contacts of one geom.
@@ -84,6 +93,7 @@ class Plan(typing.NamedTuple):
     first_dof: np.ndarray
     first_point: np.ndarray
     points: np.ndarray
+    point_bodies: np.ndarray
     first_geom: np.ndarray
     geoms: np.ndarray
     samples: np.ndarray
@@ -117,13 +127,20 @@ class Views(typing.NamedTuple):
 class Room(typing.NamedTuple):
     """Scratch of one evaluation.
 
-    gravity_turns, surface_turns (G, 9): of the groups. subtree_wrench (nbody, 6): torque and force on each body's
-    subtree. pushes (n, FOUND_WIDTH): what contacts do to each body. hits and contacts: see `mujoco.contact.rows`. loads
-    (nbody,): of contacts, by root. efforts, answers (nv,): generalised forces, and accelerations by them.
+    gravity_turns, surface_turns (G, TURNED_WIDTH): of the groups. frames (n, BODY_WIDTH), pulls (n, PULL_WIDTH), placed
+    (PLACED_WIDTH, P), pulled (PULL_WIDTH, P): of bodies and points, see `mujoco.callback.rows`; words (WORDS,): of the
+    pull in lanes. subtree_wrench (nbody, 6): torque and force on each body's subtree. pushes (n, FOUND_WIDTH): what
+    contacts do to each body. hits and contacts: see `mujoco.contact.rows`. loads (nbody,): of contacts, by root.
+    efforts, answers (nv,): generalised forces, and accelerations by them.
     """
 
     gravity_turns: np.ndarray
     surface_turns: np.ndarray
+    frames: np.ndarray
+    pulls: np.ndarray
+    placed: np.ndarray
+    pulled: np.ndarray
+    words: np.ndarray
     subtree_wrench: np.ndarray
     pushes: np.ndarray
     hits: np.ndarray
@@ -136,8 +153,13 @@ class Room(typing.NamedTuple):
 def room_shapes(plan: "Plan", bodies: int, dofs: int) -> tuple[tuple[int, ...], ...]:
     """Shapes of the arrays of a `Room`."""
     return (
-        (len(plan.gravity.groups), 9),
-        (len(plan.surface.groups), 9),
+        (len(plan.gravity.groups), TURNED_WIDTH),
+        (len(plan.surface.groups), TURNED_WIDTH),
+        (len(plan.bodies), BODY_WIDTH),
+        (len(plan.bodies), PULL_WIDTH),
+        (PLACED_WIDTH, plan.points.shape[1]),
+        (PULL_WIDTH, plan.points.shape[1]),
+        (WORDS,),
         (bodies, 6),
         (len(plan.bodies), FOUND_WIDTH),
         (int(plan.most[0]), HIT.width),
@@ -179,10 +201,11 @@ class _Part:
 class SourceTable:
     """The sources in one role ("gravity" or "surface"), as arrays that stay where they are.
 
-    needs: names of its sums. `at(time)` renews, in place, the rows of those that only Python can move.
+    needs: names of its sums; accuracy: of its pull, if it is to have one. `at(time)` renews, in place, the rows of
+    those that only Python can move.
     """
 
-    def __init__(self, sources, role: str, time: float, needs=(), native: bool = True):
+    def __init__(self, sources, role: str, time: float, needs=(), native: bool = True, accuracy=None):
         self.role = role
         parts = [part for part in (_part(source, role) for source in sources) if part and len(part.elements(time))]
         # What neither moves nor needs Python, as one group; then what spins; then what Python moves.
@@ -205,6 +228,7 @@ class SourceTable:
             whole.kinds,
             *_groups(chunks, spinning, bool(still)),
             *sums,
+            *(pull_sums(accuracy, whole.kinds_used, native) if accuracy and self._total else (0, 0)),
         )
         for first, count, _ in self.arrays.groups.tolist():
             self._start_inside(first, count)

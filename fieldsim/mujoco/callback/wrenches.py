@@ -1,95 +1,146 @@
-"""Forces and torques of the field on one body, written once for numba and for plain Python.
-
-Two ways to feel gravity: as a sum over mass points ("points", "geoms"), which derives from its energy exactly, or at
-the centre of mass with the torque of the field's gradient across the body ("torque"). Each returns (force, torque about
-the centre of mass, potential energy).
-"""
+"""Forces and torques of the field on all bodies: where their points are, pulls on these, and sums over each body."""
 
 import functools
 import math
 
-from fieldsim.mujoco.callback.evaluate import field_at, jet_at, maker, product, turns, vectors
-from fieldsim.mujoco.callback.rows import COMPENSATED
+from fieldsim.mujoco.callback.addresses import call
+from fieldsim.mujoco.callback.evaluate import maker
+from fieldsim.mujoco.callback.rows import (
+    ARM_X,
+    BODY_INERTIA,
+    BODY_MATRIX_X,
+    COMPENSATED,
+    MASS,
+    PLACE_NOW_X,
+    PLACED_WIDTH,
+)
+from fieldsim.native import ONE_ITEM, known
 
 
 @functools.cache
-def pull_at_center(native: bool):
-    """Function (k, plan, views, turns) -> force at the centre of mass, gravity-gradient torque, energy.
+def _spreading(accuracy: str, native: bool):
+    """Function (m, i1, i2, i3) -> the units of the points' places, along each axis of a body of that mass and inertia.
 
-    With the body's principal axes e_i, moments I_i and H_ij = e_i . Hessian e_j, the torque about e_1 is
-    (I_3 - I_2) H_23, and so on round; the energy is -m F - sum of j_i H_ii / 2 where j_i = (I_j + I_k - I_i) / 2 is the
-    sum of m r_i^2. The tide's pull on the centre of mass, smaller by (size / distance)^2, is left out, and with it the
-    energy is not kept: it takes third derivatives.
+    Of accuracy "points" sqrt(3 x the mean of x^2 over the mass), as of now.
     """
-    jet = jet_at(native)
-    turn, _ = turns(native)
-    dot, _, _ = vectors(native)
-    across = product(native)
 
     @maker(native)
-    def axis(matrix, b, i):
-        return matrix[b, i], matrix[b, 3 + i], matrix[b, 6 + i]
+    def units(m, i1, i2, i3):
+        return 1.0, 1.0, 1.0
 
     @maker(native)
-    def pull(k, plan, views, turned):
-        b = plan.bodies[k]
-        x = views.xipos
-        share = 1.0 - plan.law[COMPENSATED] * views.gravcomp[b]
-        m = share * views.mass[b]
-        f, g, h = jet((x[b, 0], x[b, 1], x[b, 2]), plan.gravity, turned)
-        e1, e2, e3 = axis(views.ximat, b, 0), axis(views.ximat, b, 1), axis(views.ximat, b, 2)
-        i1, i2, i3 = share * views.inertia[b, 0], share * views.inertia[b, 1], share * views.inertia[b, 2]
-        he2, he3 = across(h, e2), across(h, e3)
-        torque = (i3 - i2) * dot(e2, he3), (i1 - i3) * dot(e1, he3), (i2 - i1) * dot(e1, he2)
-        h2, h3 = dot(e2, he2), dot(e3, he3)
-        h1 = h[0] + h[1] + h[2] - h2 - h3
-        spread = (i2 + i3 - i1) * h1 + (i3 + i1 - i2) * h2 + (i1 + i2 - i3) * h3
-        return (m * g[0], m * g[1], m * g[2]), turn(views.ximat, b, torque), -m * f - 0.25 * spread
-
-    return pull
-
-
-@functools.cache
-def pull_on_points(native: bool, spread_out: bool):
-    """Function (k, plan, views, turns) -> force, torque and energy, summed over the body's mass points.
-
-    spread_out: the points' places are in units of sqrt(3 x the mean of x^2 over the mass) along each axis, as of now.
-    """
-    field = field_at(native)
-    turn, _ = turns(native)
-    _, cross, _ = vectors(native)
-
-    @maker(native)
-    def spread(views, b):
-        m, i1, i2, i3 = views.mass[b], views.inertia[b, 0], views.inertia[b, 1], views.inertia[b, 2]
-        if not spread_out or not m > 0.0:
+    def spread(m, i1, i2, i3):
+        if not m > 0.0:
             return 1.0, 1.0, 1.0
-        half = 0.5 * (i1 + i2 + i3)
+        half, three = 0.5 * (i1 + i2 + i3), 3.0 / m
         return (
-            math.sqrt(3.0 * max(half - i1, 0.0) / m),
-            math.sqrt(3.0 * max(half - i2, 0.0) / m),
-            math.sqrt(3.0 * max(half - i3, 0.0) / m),
+            math.sqrt(three * max(half - i1, 0.0)),
+            math.sqrt(three * max(half - i2, 0.0)),
+            math.sqrt(three * max(half - i3, 0.0)),
         )
 
+    return spread if accuracy == "points" else units
+
+
+@functools.cache
+def _placing(accuracy: str, native: bool):
+    """Function (plan, views, room): fill room.placed and, for pulls at centres of mass, room.frames."""
+    unit, at_centers = _spreading(accuracy, native), accuracy == "torque"
+
     @maker(native)
-    def pull(k, plan, views, turned):
-        b = plan.bodies[k]
-        x = views.xipos
-        sx, sy, sz = spread(views, b)
-        fx, fy, fz, tx, ty, tz, u = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for i in range(plan.first_point[k], plan.first_point[k + 1]):
-            m = plan.points[i, 3]
-            arm = turn(views.ximat, b, (sx * plan.points[i, 0], sy * plan.points[i, 1], sz * plan.points[i, 2]))
-            f, g = field((x[b, 0] + arm[0], x[b, 1] + arm[1], x[b, 2] + arm[2]), plan.gravity, turned)
-            t = cross(arm, g)
-            fx += m * g[0]
-            fy += m * g[1]
-            fz += m * g[2]
-            tx += m * t[0]
-            ty += m * t[1]
-            tz += m * t[2]
-            u -= m * f
-        m = (1.0 - plan.law[COMPENSATED] * views.gravcomp[b]) * views.mass[b]
-        return (m * fx, m * fy, m * fz), (m * tx, m * ty, m * tz), m * u
+    def put(plan, placed, i, m, matrix, x, y, z):
+        a, b, c, d, e, f, g, h, j = matrix
+        px, py, pz = plan.points[0, i], plan.points[1, i], plan.points[2, i]
+        ax, ay, az = a * px + b * py + c * pz, d * px + e * py + f * pz, g * px + h * py + j * pz
+        placed[ARM_X, i], placed[ARM_X + 1, i], placed[ARM_X + 2, i] = ax, ay, az
+        placed[PLACE_NOW_X, i], placed[PLACE_NOW_X + 1, i], placed[PLACE_NOW_X + 2, i] = x + ax, y + ay, z + az
+        placed[MASS, i] = m * plan.points[3, i]
+
+    @maker(native)
+    def place(plan, views, room):
+        count, placed, frames = plan.bodies.shape[0], room.placed, room.frames
+        for k in range(count):
+            b = plan.bodies[k]
+            share = 1.0 - plan.law[COMPENSATED] * views.gravcomp[b]
+            m, i1, i2, i3 = views.mass[b], views.inertia[b, 0], views.inertia[b, 1], views.inertia[b, 2]
+            u, v, w = unit(m, i1, i2, i3)
+            r, x = views.ximat, views.xipos
+            matrix = (
+                *(u * r[b, 0], v * r[b, 1], w * r[b, 2]),
+                *(u * r[b, 3], v * r[b, 4], w * r[b, 5]),
+                *(u * r[b, 6], v * r[b, 7], w * r[b, 8]),
+            )
+            # The last point is repeated until the last vector is whole.
+            end = plan.first_point[k + 1] if k + 1 < count else plan.points.shape[1]
+            for i in range(plan.first_point[k], end):
+                put(plan, placed, i, share * m, matrix, x[b, 0], x[b, 1], x[b, 2])
+            if at_centers:
+                for c in range(9):
+                    frames[k, BODY_MATRIX_X + c] = r[b, c]
+                for c in range(3):
+                    frames[k, BODY_INERTIA + c] = share * views.inertia[b, c]
+
+    return place
+
+
+@functools.cache
+def _on_points(native: bool):
+    """Function (plan, room, whole): fill room.pulled (PULL_WIDTH, P) with the pull on every point; see `pulls.pull_of`.
+
+    whole: whether with its energy, which takes the field's value; else what stands there means nothing.
+    """
+    if not native:
+
+        def evaluate(plan, room, whole):
+            source = plan.gravity
+            tables = room.frames, room.gravity_turns, len(source.groups), source.rows, source.kinds
+            for i in range(plan.first_point[-1]):
+                room.pulled[:, i] = source.pull(int(plan.point_bodies[i]), *room.placed[:, i].tolist(), *tables)
+
+        return evaluate
+
+    @maker(native)
+    def evaluate_in_lanes(plan, room, whole):
+        source, words, length = plan.gravity, room.words, room.placed.shape[1]
+        words[0] = words.ctypes.data + 8
+        words[1], words[2] = length, room.pulled.ctypes.data
+        words[3] = plan.point_bodies.ctypes.data
+        for c in range(PLACED_WIDTH):
+            words[4 + c] = room.placed.ctypes.data + 8 * c * length
+        words[11], words[12] = room.frames.ctypes.data, room.frames.shape[1]
+        words[13], words[14] = room.gravity_turns.ctypes.data, room.gravity_turns.shape[1]
+        words[15] = source.groups.shape[0]
+        words[16], words[17] = source.rows.ctypes.data, source.rows.shape[1]
+        words[18] = source.kinds.ctypes.data
+        call(source.pull if whole else source.force, known(ONE_ITEM), words.ctypes.data, 0, 0)
+
+    return evaluate_in_lanes
+
+
+@functools.cache
+def pulling(accuracy: str, native: bool):
+    """Function (plan, views, room, whole): fill room.pulls (n, PULL_WIDTH) with force, torque and energy of each body.
+
+    whole: whether the energy is wanted.
+    """
+    place, evaluate = _placing(accuracy, native), _on_points(native)
+
+    @maker(native)
+    def pull(plan, views, room, whole):
+        pulls, each = room.pulls, room.pulled
+        if plan.gravity.groups.shape[0] == 0:
+            pulls[:] = 0.0
+            return
+        place(plan, views, room)
+        evaluate(plan, room, whole)
+        for k in range(plan.bodies.shape[0]):
+            fx, fy, fz, tx, ty, tz, u = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+            for i in range(plan.first_point[k], plan.first_point[k + 1]):
+                fx, fy, fz = fx + each[0, i], fy + each[1, i], fz + each[2, i]
+                tx, ty, tz = tx + each[3, i], ty + each[4, i], tz + each[5, i]
+                u += each[6, i]
+            pulls[k, 0], pulls[k, 1], pulls[k, 2] = fx, fy, fz
+            pulls[k, 3], pulls[k, 4], pulls[k, 5] = tx, ty, tz
+            pulls[k, 6] = u
 
     return pull

@@ -1,8 +1,8 @@
 """Print figures: `python -m benchmarks [PART ...] [--json] [--full]`.
 
-The parts are accuracy, fields, many, motion, precision, contact, mujoco, render, referee and film; default all. Each is
-a module with a function `rows()` that yields dicts: name, value, unit, and where a peer is installed peer (its name),
-peer_value and ratio (value / peer_value). A part or a peer that is not there is passed over with a word.
+The parts are accuracy, fields, solids, many, motion, precision, contact, mujoco, render, referee and film; default
+all. Each is a module with a function `rows()` that yields dicts: name, value, unit, and where a peer is installed peer
+(its name), peer_value and ratio (value / peer_value). A part or a peer that is not there is passed over with a word.
 """
 
 import importlib
@@ -13,7 +13,19 @@ import sys
 
 import click
 
-PARTS = ("accuracy", "fields", "many", "motion", "precision", "contact", "mujoco", "render", "referee", "film")
+PARTS = (
+    "accuracy",
+    "fields",
+    "solids",
+    "many",
+    "motion",
+    "precision",
+    "contact",
+    "mujoco",
+    "render",
+    "referee",
+    "film",
+)
 KEYS = ("name", "value", "unit", "peer", "peer_value", "ratio")
 
 

@@ -9,6 +9,7 @@ import functools
 
 import warp as wp
 
+from fieldsim.dynamics.contact.beginnings import beginning_at
 from fieldsim.dynamics.contact.contacts import Bend, Contacts, following, tolerance, touching
 from fieldsim.dynamics.contact.nearest import nearest_step, normal_turn, shortened
 from fieldsim.dynamics.contact.selection import (
@@ -23,12 +24,9 @@ from fieldsim.dynamics.contact.selection import (
     place_for,
     spread,
 )
-from fieldsim.potentials import registry
-from fieldsim.potentials.bounds.feet import foot_of, most_feet
+from fieldsim.potentials.bounds.feet import most_feet
 from fieldsim.sources.moments import Moment, SurfaceJet, fraction, surface_jet
-from fieldsim.sources.rows import ALONE, REACH, shift_of, turn_of
 from fieldsim.sources.stages import Stages
-from fieldsim.sources.surface_velocity import screw
 
 # Steps of a search. It ends with a step of this share of the length over which the surface bends; the error is about
 # its square. Where the gap is CLEAR times as long as a step of that share of it, no more is to be known.
@@ -174,102 +172,6 @@ def nearest_from(kinds_used):
 
 
 @wp.func
-def direction_from(foot: wp.vec3d, center: wp.vec3d):
-    """Unit vector from a foot to the centre; on the skeleton itself, some direction."""
-    away = center - foot
-    size = wp.length(away)
-    if size > wp.float64(0.0):
-        return away / size
-    return wp.vec3d(wp.float64(0.0), wp.float64(0.0), wp.float64(1.0))
-
-
-@functools.cache
-def _inner_of(kinds: tuple[int, ...]):
-    """Warp function (point, foot, rows, kinds, i) -> where a search from a foot of row i goes that finds no field."""
-    used = [formula for formula in registry.FORMULAS.values() if formula.kind in kinds]
-    inner = {one.kind: one.primitive.inner or one.primitive.feet[0] for one in used if one.primitive.feet}
-    if not any(one.primitive.inner for one in used):
-
-        @wp.func
-        def at_foot(
-            p: wp.vec3d, foot: wp.vec3d, rows: wp.array2d(dtype=wp.float64), kinds: wp.array(dtype=wp.int32), i: int
-        ):
-            return foot
-
-        return at_foot
-    place = registry.by_kind(inner).warp(wp.float64)
-
-    @wp.func
-    def inside(
-        p: wp.vec3d, foot: wp.vec3d, rows: wp.array2d(dtype=wp.float64), kinds: wp.array(dtype=wp.int32), i: int
-    ):
-        x, y, z = place(p[0], p[1], p[2], rows, kinds, i)
-        return wp.vec3d(x, y, z)
-
-    return inside
-
-
-@wp.struct
-class Beginning:
-    """Where a search begins: the start beside a foot; near: 1 if what it finds can be near enough.
-
-    foot: where the search goes if there is no field: the foot, or another place of the element.
-    """
-
-    near: wp.int32
-    foot: wp.vec3d
-    start: wp.vec3d
-
-
-@functools.cache
-def beginning_at(kinds_used):
-    """Warp function (i, which, centre, within, surfaces, moment, time after it) -> Beginning.
-
-    Of foot number `which` of element i, those that move after those that do not; within: how far from the centre the
-    surface matters.
-    """
-    fixed_kinds, moving_kinds = kinds_used
-    foot_fixed, foot_moving = (foot_of(kinds).warp(wp.float64) for kinds in kinds_used)
-    inner_fixed, inner_moving = _inner_of(fixed_kinds), _inner_of(moving_kinds)
-
-    @wp.func
-    def still(i: int, which: int, center: wp.vec3d, within: wp.float64, surfaces: wp.ref[Stages], moment: Moment,
-              later: wp.float64):  # fmt: skip
-        result = Beginning()
-        x, y, z = foot_fixed(center[0], center[1], center[2], surfaces.rows, surfaces.kinds, i, which)
-        foot = wp.vec3d(x, y, z)
-        if wp.length(foot - center) - surfaces.rows[i, REACH] < within:
-            result.near = wp.int32(1)
-            result.foot = inner_fixed(center, foot, surfaces.rows, surfaces.kinds, i)
-            result.start = foot + surfaces.rows[i, ALONE] * direction_from(foot, center)
-        return result
-
-    @wp.func
-    def changing(i: int, which: int, center: wp.vec3d, within: wp.float64, surfaces: wp.ref[Stages], moment: Moment,
-                 later: wp.float64):  # fmt: skip
-        fixed = surfaces.kinds.shape[0]
-        if i < fixed:
-            return still(i, which, center, within, surfaces, moment, later)
-        result = Beginning()
-        row = moment.stage * surfaces.moving + i - fixed
-        s = fraction(moment, later)
-        turn = s * turn_of(surfaces.moving_rows, row)
-        shift = s * shift_of(surfaces.moving_rows, row)
-        back = screw(center, -turn, -shift)
-        x, y, z = foot_moving(back[0], back[1], back[2], surfaces.moving_rows, surfaces.moving_kinds, row, which)
-        foot = wp.vec3d(x, y, z)
-        if wp.length(foot - back) - surfaces.moving_rows[row, REACH] < within:
-            result.near = wp.int32(1)
-            inner = inner_moving(back, foot, surfaces.moving_rows, surfaces.moving_kinds, row)
-            result.foot = screw(inner, turn, shift)
-            foot = screw(foot, turn, shift)
-            result.start = foot + surfaces.moving_rows[row, ALONE] * direction_from(foot, center)
-        return result
-
-    return changing if moving_kinds else still
-
-
-@wp.func
 def place_of(contacts: wp.ref[Contacts], near: wp.ref[Nearest], gap: wp.float64, close: wp.float64, same: wp.float64):
     """Where there is place for what a search found, with its gap; -1 if nowhere, or if it is known.
 
@@ -295,6 +197,57 @@ def put(contacts: wp.ref[Contacts], place: int, near: wp.ref[Nearest], gap: wp.f
     contacts.bends[place] = near.bend
 
 
+@wp.func
+def surface_within(jet: wp.ref[SurfaceJet], reach: wp.float64):
+    """Whether log F, followed down its slope, comes to 0 within a reach."""
+    if not jet.f > TINY:
+        return False
+    return wp.abs(wp.log(jet.f)) * jet.f <= reach * wp.length(jet.gradient)
+
+
+@functools.cache
+def exploring(kinds_used):
+    """Warp function (start, foot, centre, radius, horizon, grain, surfaces, moment, time after it, contacts).
+
+    It puts what a search from there finds into the contacts; returns 1 if that is seen through a body, else 0.
+    """
+    search = nearest_from(kinds_used)
+
+    @wp.func(inline=False)
+    def explore(
+        start: wp.vec3d,
+        foot: wp.vec3d,
+        center: wp.vec3d,
+        radius: wp.float64,
+        horizon: wp.float64,
+        grain: wp.float64,
+        surfaces: wp.ref[Stages],
+        moment: Moment,
+        later: wp.float64,
+        contacts: wp.ref[Contacts],
+    ):
+        through = wp.int32(0)
+        # Once more where the first search forked.
+        for _ in range(wp.int32(2)):
+            near = search(start, foot, center, radius, grain, surfaces, moment, later)
+            start = near.aside
+            o = center - near.point
+            gap = wp.length(o) - radius
+            if wp.dot(o, near.normal) < wp.float64(0.0):
+                gap = -wp.length(o) - radius
+            if near.found == 1 and gap < horizon:
+                place = place_of(contacts, near, gap, touching(center, radius, grain), SAME * grain)
+                if place >= 0:
+                    put(contacts, place, near, gap)
+                    if gap + radius < wp.float64(0.0):
+                        through = wp.int32(1)
+            if near.forked == 0:
+                break
+        return through
+
+    return explore
+
+
 @functools.cache
 def contacts_at(kinds_used):
     """Warp function (centre, radius, horizon, grain, surfaces, moment, time after it, contacts).
@@ -304,7 +257,7 @@ def contacts_at(kinds_used):
     """
     feet = max(map(most_feet, kinds_used))
     begin = beginning_at(kinds_used)
-    search = nearest_from(kinds_used)
+    explore = exploring(kinds_used)
     jet_of = surface_jet(kinds_used)
 
     follow = following(kinds_used)
@@ -333,29 +286,21 @@ def contacts_at(kinds_used):
         contacts.horizon = horizon
         contacts.least = horizon
         through = wp.int32(0)
-        for i in range(surfaces.kinds.shape[0] + surfaces.moving):
+        elements = surfaces.kinds.shape[0] + surfaces.moving
+        for i in range(elements):
             for which in range(wp.int32(feet)):  # no constant, for which Warp would write the loop out
                 beginning = begin(i, which, center, radius + horizon, surfaces, moment, later)
                 start = beginning.start
-                searching = beginning.near == 1 and not known(contacts.count, contacts.points, start, BASIN * grain)
-                start = nearest_of(starting, starts, start, BASIN * grain)
-                # Once more where the first search forked.
-                for _ in range(wp.where(searching, 2, 0)):
-                    if not searching:
-                        break
-                    near = search(start, beginning.foot, center, radius, grain, surfaces, moment, later)
-                    searching = near.forked == 1
-                    start = near.aside
-                    o = center - near.point
-                    gap = wp.length(o) - radius
-                    if wp.dot(o, near.normal) < wp.float64(0.0):
-                        gap = -wp.length(o) - radius
-                    if near.found == 1 and gap < horizon:
-                        place = place_of(contacts, near, gap, touching(center, radius, grain), SAME * grain)
-                        if place >= 0:
-                            put(contacts, place, near, gap)
-                            if gap + radius < wp.float64(0.0):
-                                through = wp.int32(1)
+                if beginning.near == 1 and not known(contacts.count, contacts.points, start, BASIN * grain):
+                    start = nearest_of(starting, starts, start, BASIN * grain)
+                    through |= explore(
+                        start, beginning.foot, center, radius, horizon, grain, surfaces, moment, later, contacts
+                    )
+        # Where tails of several elements make the surface, it may be nearest to a ball that no foot is near to.
+        if elements > 1 and not known(contacts.count, contacts.points, center, radius + BASIN * grain):
+            jet = jet_of(center, surfaces, moment, later)
+            if surface_within(jet, radius + horizon + grain):
+                through |= explore(center, center, center, radius, horizon, grain, surfaces, moment, later, contacts)
         if through == 1:
             # A centre outside sees the far side of a body through it: that is no contact.
             jet = jet_of(center, surfaces, moment, later)

@@ -3,7 +3,7 @@
 import contextlib
 import functools
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 import warp as wp
@@ -18,7 +18,7 @@ from fieldsim.dynamics.contact.particle_state import WRITTEN
 from fieldsim.dynamics.contact.readings import ContactReadings
 from fieldsim.dynamics.contact.release import released
 from fieldsim.dynamics.contact.surfaces import ground_at, surfaces_touched
-from fieldsim.dynamics.diagnostics.followed import Ledger
+from fieldsim.dynamics.diagnostics.followed import Watched
 from fieldsim.dynamics.integrators.propagator import StepTables
 from fieldsim.dynamics.integrators.splittings import Splitting, moments
 from fieldsim.dynamics.manoeuvres import free_index, motion_given, restart, rows_given, rows_of_set, warn_of_choice
@@ -58,13 +58,15 @@ LAUNCH_ROWS = 65_536
 GROUND = 1e-3
 
 
-class Simulation(ContactReadings, Uncopied):
+class Simulation(ContactReadings, Watched, Uncopied):
     """A world's free bodies and particles in motion; bodies pull particles, not particles bodies.
 
     integrator: default `Leapfrog()`; "auto" is `Auto()`, which is replaced by its `choice`. time: of the start.
     device: "cpu" (default), "cuda", ...; threads: CPU threads (default all cores). State is float64, with
     compensated summation. The same inputs give the same bytes, whatever the number of threads.
-    log: how many events at surfaces are kept of each particle, the latest (see `contact.events`).
+    log: how many events at surfaces are kept of each particle, the latest (see `contact.events`). pull_tolerance: the
+    largest error of accelerations of particles by each other over the root mean square of all; 0: exact sums; default
+    exact for up to 20,000 that pull, 1e-6 for more.
     """
 
     _remedy = "copy its world and make another Simulation, or keep simulation.snapshot()"
@@ -78,6 +80,7 @@ class Simulation(ContactReadings, Uncopied):
         device: str | None = None,
         threads: WholeLike | None = None,
         log: WholeLike = 4,
+        pull_tolerance: RealLike | None = None,
     ):
         # Checked at every call: whether the world has changed since. What was added later would move nothing.
         self._given, self.world = world, given_world("Simulation", world)
@@ -93,7 +96,7 @@ class Simulation(ContactReadings, Uncopied):
         self._watchers, self._sums, self._ledgers = [], [], []
         self._free = FreeBodies(world, self.time)
         self._gravity = Sources(world, "gravity", self.time, self._free.poses)
-        self._mutual = MutualGravity(world, self.device, threads)
+        self._mutual = MutualGravity(world, self.device, threads, pull_tolerance)
         self._sizes = [len(particles) for particles in world.particles]
         self._state = state_of_sets(world.particles, self.device)
         self._surfaces = surfaces_touched(world, self.time, self._free.poses)
@@ -111,6 +114,7 @@ class Simulation(ContactReadings, Uncopied):
             self.integrator = self.choice.integrator
             warn_of_caveat(self.choice)
         refuse_method("Simulation", self.integrator, world)
+        self._mutual.choose_sums(self.integrator)
         self._method = self.integrator
         self.radau: RadauRun | None = None
         if isinstance(self.integrator, Radau):
@@ -350,18 +354,6 @@ class Simulation(ContactReadings, Uncopied):
             ledger.manoeuvred(measured)
         if self.choice and not self.radau:
             warn_of_choice(self.integrator)
-
-    def account(self, ledger: Ledger) -> None:
-        """Call `ledger.manoeuvred(ledger.measured())`, the latter ahead of each manoeuvre and the former after it."""
-        self._ledgers.append(ledger)
-
-    def watch(self, watcher: Callable[..., object], *, sums: Sequence[wp.array] = ()) -> None:
-        """Call `watcher(sources, state, steps, start, dt)` ahead of every launch of `steps` from time `start` on.
-
-        sums: the Warp arrays that it writes, which are as before where the launch is broken off.
-        """
-        self._watchers.append(validate.function("Simulation.watch", "watcher", watcher))
-        self._sums += validate.instances("Simulation.watch", "sums", sums, wp.array, "give Warp arrays")
 
     def _gravity_at(self, times):
         """Gravity's tables of a launch whose stages are at `times`."""

@@ -1,9 +1,12 @@
 """What diagnostics need of the run that they follow."""
 
+from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
 import numpy as np
+import warp as wp
 
+from fieldsim import validate
 from fieldsim.dynamics.integrators.splittings import Integrator
 from fieldsim.dynamics.rigid.bodies import FreeBodies
 from fieldsim.dynamics.splitting.mutual_gravity import MutualGravity
@@ -21,6 +24,26 @@ class Ledger(Protocol):
     def manoeuvred(self, before: Any, /) -> None:
         """There was a manoeuvre; before: what was measured ahead of it."""
         ...
+
+
+class Watched:
+    """A simulation as those see it who follow it: told of launches, and of manoeuvres."""
+
+    _watchers: list[Callable[..., object]]
+    _sums: list[wp.array]
+    _ledgers: list[Ledger]
+
+    def account(self, ledger: Ledger) -> None:
+        """Call `ledger.manoeuvred(ledger.measured())`, the latter ahead of each manoeuvre and the former after it."""
+        self._ledgers.append(ledger)
+
+    def watch(self, watcher: Callable[..., object], *, sums: Sequence[wp.array] = ()) -> None:
+        """Call `watcher(sources, state, steps, start, dt)` ahead of every launch of `steps` from time `start` on.
+
+        sums: the Warp arrays that it writes, which are as before where the launch is broken off.
+        """
+        self._watchers.append(validate.function("Simulation.watch", "watcher", watcher))
+        self._sums += validate.instances("Simulation.watch", "sums", sums, wp.array, "give Warp arrays")
 
 
 class Followed(Run, Protocol):

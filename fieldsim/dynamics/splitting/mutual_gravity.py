@@ -2,7 +2,8 @@
 
 Each pulls with its kernel as a Point does, so any kernel may rule. All pulls come in equal and opposite pairs, which
 keeps momentum to rounding. One launch for each part of a stage: a drift of all has to end before the next kick. A few
-particles on a CPU are moved by one thread through all steps: launches would take longer than what they do.
+particles on a CPU are moved by one thread through all steps: launches would take longer than what they do. Of very many
+the sum is a fast one, right to a tolerance (see `fast_pull`).
 """
 
 import functools
@@ -12,6 +13,7 @@ import warp as wp
 
 from fieldsim.arrays import kept, read_only
 from fieldsim.copies import Uncopied
+from fieldsim.dynamics.splitting.fast_pull import EXACT, USUAL, FastPull, checked_tolerance, unfit
 from fieldsim.dynamics.splitting.groups import (
     X_REST,
     A,
@@ -28,6 +30,7 @@ from fieldsim.dynamics.splitting.groups import (
 )
 from fieldsim.dynamics.splitting.method import Method, SubStep, method_of, substep_of
 from fieldsim.dynamics.state import State
+from fieldsim.errors import InputError
 from fieldsim.launch import launch
 from fieldsim.numerics.running_sums import added
 from fieldsim.portable import Table, hole, portable, real
@@ -35,6 +38,7 @@ from fieldsim.portable.lanes.functions import group_function
 from fieldsim.potentials.row import Layout, offset_from, vector_of
 from fieldsim.sources.field import bends_at, bent_along, pulls_at
 from fieldsim.sources.stages import Stages
+from fieldsim.types import RealLike
 
 # One thread moves all particles where no more pairs than these are to be summed.
 FEW_PAIRS = 4096
@@ -274,8 +278,8 @@ class MutualGravity(Uncopied):
 
     _remedy = "copy what it gives, such as its energy"
 
-    def __init__(self, world, device, threads=None):
-        self.device, self.threads = device, threads
+    def __init__(self, world, device, threads=None, tolerance: RealLike | None = None):
+        self.device, self.threads, self._wanted = device, threads, checked_tolerance("Simulation", tolerance)
         pulling = [particles for particles in world.particles if particles.gravity is not None]
         self.kernel = pulling[0].gravity if pulling else None
         strengths = [
@@ -284,9 +288,29 @@ class MutualGravity(Uncopied):
         # G m of each particle, 0 of those that do not pull.
         self.strengths = read_only(np.concatenate([[], *strengths]))
         self._sources = np.flatnonzero(self.strengths)
+        self._fast: FastPull | None = None
 
     def __len__(self) -> int:
         return len(self._sources)
+
+    @property
+    def tolerance(self) -> float:
+        """How wrong accelerations by each other may be, over their root mean square; 0 where sums are exact."""
+        return self._fast.tolerance if self._fast else 0.0
+
+    def choose_sums(self, method) -> None:
+        """Let sums be fast ones under an integrator, where this is wanted or there are many particles.
+
+        Raises InputError where fast sums are wanted and cannot be.
+        """
+        reason, tolerance = unfit(self.kernel, self.device, method), self._wanted
+        if tolerance and reason:
+            raise InputError(f"Simulation: pull_tolerance is {tolerance:g}, but {reason}; leave it out")
+        if tolerance is None and not reason and len(self) > EXACT:
+            tolerance = USUAL
+        if tolerance:
+            strengths = self.strengths[self._sources]
+            self._fast = FastPull(self.kernel, strengths, self._sources, tolerance, self.threads)
 
     def rows_at(self, x) -> np.ndarray:
         """Rows (M, columns of SOURCE) of what pulls, with the particles at x (N,)."""
@@ -303,6 +327,15 @@ class MutualGravity(Uncopied):
         pull.index = self.index
         return pull
 
+    def _pull_in_kernels(self, x) -> Pull:
+        """What pulls by a kernel's own sums: nothing where there are fast ones."""
+        if not self._fast:
+            return self._pull_at(x)
+        pull = Pull()
+        pull.rows = wp.zeros((0, SOURCE.width), dtype=wp.float64, device=self.device)
+        pull.index = wp.full(len(self.strengths), -1, dtype=wp.int32, device=self.device)
+        return pull
+
     @functools.cached_property
     def index(self) -> wp.array:
         """Which row of a `Pull` is each particle's, or -1, (N,)."""
@@ -313,9 +346,9 @@ class MutualGravity(Uncopied):
     def leap(self, state: State, steps: int, dt: float, splitting, gravity: Stages, kinds_used) -> None:
         """Take all particles through `steps` steps; gravity: the bodies' tables at the stages of all of them."""
         count, lanes = len(self.strengths), lanes_of(self.device)
-        method, pull = method_of(splitting, dt, self.device), self._pull_at(state.x)
+        method, pull = method_of(splitting, dt, self.device), self._pull_in_kernels(state.x)
         code = kinds_used, type(self.kernel), any(splitting.gradients), lanes
-        if not self.device.is_cuda and count * len(self) <= FEW_PAIRS:
+        if not self.device.is_cuda and not self._fast and count * len(self) <= FEW_PAIRS:
             inputs = [steps, method, gravity, pull, state]
             launch(steps_kernel(*code), 1, inputs, device=self.device, threads=1)
             return
@@ -326,10 +359,18 @@ class MutualGravity(Uncopied):
                 stage = step * len(splitting.drifts) + j + 1
                 launch_groups(move, count, [method, j, pull, state], **options)
                 if weight or factor:
-                    launch_groups(accelerate, count, [stage, gravity, pull, state], **options)
+                    self._accelerate(accelerate, stage, gravity, pull, state)
                     if factor:
                         launch_groups(tell, count, [pull, state], **options)
                     launch_groups(kick, count, [method, j, stage, gravity, pull, state], **options)
+
+    def _accelerate(self, kernel, stage, gravity, pull, state):
+        """The accelerations of a state's particles, by a kernel of `stage_kernels`."""
+        inputs = [stage, gravity, pull, state]
+        launch_groups(kernel, len(state.x), inputs, device=self.device, threads=self.threads)
+        if self._fast:
+            a = state.a.numpy()  # on a CPU the array itself
+            a += self._fast.accelerations(state.x.numpy())
 
     def accelerations(self, x, gravity: Stages, kinds_used):
         """Of particles at x (N,), by the bodies at the first stage of `gravity` and by each other; an array as x."""
@@ -337,12 +378,13 @@ class MutualGravity(Uncopied):
         state.x = x
         state.v, state.x_rest, state.v_rest, state.a = (wp.zeros_like(x) for _ in range(4))
         _move, accelerate, _tell, _kick = stage_kernels(kinds_used, type(self.kernel), False, lanes_of(self.device))
-        inputs = [0, gravity, self._pull_at(x), state]
-        launch_groups(accelerate, len(x), inputs, device=self.device, threads=self.threads)
+        self._accelerate(accelerate, 0, gravity, self._pull_in_kernels(x), state)
         return state.a
 
     def potential_energies(self, positions: np.ndarray) -> np.ndarray:
         """Of each particle in the pull of the others, (N,): minus G m of the others times h, per unit of its mass."""
+        if self._fast and self._fast.is_finite:
+            return kept(self._fast.potentials(positions))
         points = wp.array(positions, dtype=wp.vec3d, device=self.device)
         energies = wp.empty(len(positions), dtype=wp.float64, device=self.device)
         kernel = potential_kernel(type(self.kernel))

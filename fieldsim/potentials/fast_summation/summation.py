@@ -251,7 +251,7 @@ def translations_of(group, planned, error) -> dict[int, list[Translations]]:
     return {k: [_made(scaled[k], ring, steps[k]) for ring in RINGS] for k in shares}
 
 
-@functools.lru_cache(maxsize=64)
+@functools.lru_cache(maxsize=256)
 def _made(scaled, ring, steps):
     return translations(scaled, ring, 10.0 ** (steps / STEPS))
 

@@ -6,7 +6,7 @@ import numbers
 import numpy as np
 
 from fieldsim import validate
-from fieldsim.dynamics.integrators.propagator import StepTables
+from fieldsim.dynamics.integrators.splittings import Integrator, Splitting
 from fieldsim.potentials.elements import Elements, pack
 from fieldsim.potentials.fast_summation.laws import law_values
 from fieldsim.potentials.fast_summation.octree import Cube
@@ -23,7 +23,7 @@ USUAL, FINEST, COARSEST = 1e-6, 1e-9, 1e-2
 # Particles of a cell that is not divided further.
 MOST = 48
 # Where a sum is too wrong it is made again, aiming at this share of what is allowed; so often.
-AIM, TRIALS = 0.3, 6
+AIM, TRIALS = 0.3, 5
 # The finest and the coarsest tolerance of a fast sum of values.
 _FINEST_VALUE, _COARSEST_VALUE = 1e-13, 1e-2
 
@@ -49,16 +49,21 @@ class FastPull:
         if not np.isfinite(x).all():
             return np.full_like(x, math.nan)
         group = self._group(x)
+        pulls, ratio = self._tried(group, x)
         for _trial in range(TRIALS):
-            made = fast_sum(group, x, self._value_tolerance, 1, threads=self._threads)
-            pulls = made.results[1]
-            size = math.sqrt((pulls**2).sum() / len(pulls))
-            if made.found[1] <= self.tolerance * size or self._value_tolerance <= _FINEST_VALUE:
+            if ratio <= 1.0 or self._value_tolerance <= _FINEST_VALUE:
                 break
             # It stays as fine for all later sums: stages of a step, and steps, ask for much the same.
-            share = AIM * self.tolerance * size / made.found[1]
-            self._value_tolerance = max(_FINEST_VALUE, self._value_tolerance * max(share, 1e-3))
+            self._value_tolerance = max(_FINEST_VALUE, self._value_tolerance * max(AIM / ratio, 1e-3))
+            pulls, ratio = self._tried(group, x)
         return pulls
+
+    def _tried(self, group, x):
+        """Accelerations (N, 3), and how large their error is, as estimated, over what is allowed."""
+        made = fast_sum(group, x, self._value_tolerance, 1, threads=self._threads)
+        pulls = made.results[1]
+        allowed = self.tolerance * math.sqrt((pulls**2).sum() / len(pulls))
+        return pulls, made.found[1] / max(allowed, 1e-300)
 
     @property
     def is_finite(self) -> bool:
@@ -95,7 +100,7 @@ def checked_tolerance(owner: str, tolerance: RealLike | None) -> float | None:
     return validate.number(owner, "pull_tolerance", tolerance, at_least=FINEST, at_most=COARSEST)
 
 
-def unfit(kernel: Kernel | None, device, method) -> str | None:
+def unfit(kernel: Kernel | None, device, method: Integrator) -> str | None:
     """Why particles that pull with a kernel cannot do so through fast sums, if they cannot."""
     if kernel is None:
         return "no particles pull each other"
@@ -103,6 +108,6 @@ def unfit(kernel: Kernel | None, device, method) -> str | None:
         return f"there are no fast sums for {kernel!r}"
     if device.is_cuda:
         return f"fast sums are made on the CPU, and device is {device}"
-    if not isinstance(method, StepTables):
+    if not isinstance(method, Splitting):
         return f"{method!r} sums exactly"
     return f"force gradients, which {method!r} has, are summed exactly" if any(method.gradients) else None

@@ -13,6 +13,7 @@ import warp as wp
 
 from fieldsim.arrays import kept, read_only
 from fieldsim.copies import Uncopied
+from fieldsim.dynamics.integrators.splittings import Integrator
 from fieldsim.dynamics.splitting.fast_pull import EXACT, USUAL, FastPull, checked_tolerance, unfit
 from fieldsim.dynamics.splitting.groups import (
     X_REST,
@@ -298,7 +299,7 @@ class MutualGravity(Uncopied):
         """How wrong accelerations by each other may be, over their root mean square; 0 where sums are exact."""
         return self._fast.tolerance if self._fast else 0.0
 
-    def choose_sums(self, method) -> None:
+    def choose_sums(self, method: Integrator) -> None:
         """Let sums be fast ones under an integrator, where this is wanted or there are many particles.
 
         Raises InputError where fast sums are wanted and cannot be.
@@ -308,7 +309,7 @@ class MutualGravity(Uncopied):
             raise InputError(f"Simulation: pull_tolerance is {tolerance:g}, but {reason}; leave it out")
         if tolerance is None and not reason and len(self) > EXACT:
             tolerance = USUAL
-        if tolerance:
+        if tolerance and self.kernel is not None:
             strengths = self.strengths[self._sources]
             self._fast = FastPull(self.kernel, strengths, self._sources, tolerance, self.threads)
 

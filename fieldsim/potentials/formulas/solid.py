@@ -201,9 +201,11 @@ def _distant(x: real, y: real, z: real, rows: Table, i: int, area: real, mx: rea
         qy = py + my
         qz = pz + mz
         r = math.sqrt(qx * qx + qy * qy + qz * qz)
-        i_r = real(1.0) / r
+        # One division for 1/r and 1/(r + R).
+        i_both = real(1.0) / (r * (r + r_c))
+        i_r = i_both * (r + r_c)
         gap = reach2 - (px * (mx + qx) + py * (my + qy) + pz * (mz + qz))
-        delta = weight * gap * i_r * i_c / (r + r_c)
+        delta = weight * gap * i_c * i_both
         d += delta
         pull += delta * (i_r * i_r + i_r * i_c + i_c * i_c)
         cube = weight * i_r * i_r * i_r

@@ -1,6 +1,6 @@
 """Print figures: `python -m benchmarks [PART ...] [--json] [--full]`.
 
-The parts are accuracy, fields, solids, many, motion, precision, contact, mujoco, render, referee and film; default
+The parts are accuracy, fields, solids, many, motion, precision, contact, mujoco, render, referee, film and gpu; default
 all. Each is a module with a function `rows()` that yields dicts: name, value, unit, and where a peer is installed peer
 (its name), peer_value and ratio (value / peer_value). A part or a peer that is not there is passed over with a word.
 """
@@ -25,6 +25,7 @@ PARTS = (
     "render",
     "referee",
     "film",
+    "gpu",
 )
 KEYS = ("name", "value", "unit", "peer", "peer_value", "ratio")
 

@@ -31,6 +31,10 @@ from fieldsim.sources.stages import Stages
 # Steps of a search. It ends with a step of this share of the length over which the surface bends; the error is about
 # its square. Where the gap is CLEAR times as long as a step of that share of it, no more is to be known.
 STEPS = wp.constant(120)
+# Where the field is fainter a search first comes nearer to the foot, so often: steps from far out may lead to another
+# part of the surface.
+FAINT = wp.constant(wp.float64(0.3))
+NEARING = wp.constant(6)
 CLOSE = wp.constant(wp.float64(3e-6))
 ROUGH = wp.constant(wp.float64(1e-3))
 CLEAR = wp.constant(wp.float64(3.0))
@@ -125,11 +129,14 @@ def nearest_from(kinds_used):
             jet = jet_of(q, surfaces, moment, later)
             g = jet.gradient
             slope = wp.length(g)
+            toward = wp.float64(0.5) * (foot - q)
             if not (jet.f > TINY and slope > TINY):
-                toward = wp.float64(0.5) * (foot - q)
                 q = q + toward
                 if wp.length(toward) <= SAME * grain:
                     break
+                continue
+            if k < NEARING and jet.f < FAINT and wp.length(toward) > SAME * grain:
+                q = q + toward
                 continue
             o = center - q
             h = jet.hessian

@@ -80,6 +80,7 @@ def test_traits_are_of_their_kind(primitive):
 
 # Who builds skeletons, or says what it can do; what is known of primitives is declared by themselves.
 USERS = {
+    "dynamics/splitting/fast_pull.py",  # particles are points
     "mujoco/lander.py",
     "mujoco/scene/skins.py",
     "potentials/calibration.py",

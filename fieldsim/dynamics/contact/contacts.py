@@ -27,12 +27,12 @@ Bends = wp.types.matrix((MOST, 6), wp.float64)
 
 @wp.struct
 class Contacts:
-    """Contacts of a sphere about `center` with gaps below `horizon`, at a time in steps: `count` of them, in no order.
+    """Contacts of a sphere about `center` with gaps below `horizon`: `count` of them, in no order.
 
     gaps: distances of the sphere from the surface, negative where it reaches in; normals: outward from the body;
     points: of the surface; speeds: of the surface along the normal; turns, shifts: twists of the material per step;
-    bends: how the normals turn as the centre moves (see `nearest.normal_turn`). least: the least gap, or the horizon if
-    that is less; which: whose it is.
+    bends: how the normals turn as the centre moves (see `nearest.normal_turn`). stage, fraction: when that is. least:
+    the least gap, or the horizon if that is less; which: whose it is.
     """
 
     count: wp.int32
@@ -40,7 +40,8 @@ class Contacts:
     least: wp.float64
     horizon: wp.float64
     center: wp.vec3d
-    time: wp.float64
+    stage: wp.int32
+    fraction: wp.float64
     gaps: Numbers
     speeds: Numbers
     normals: Vectors
@@ -93,15 +94,21 @@ def followed(contacts: wp.ref[Contacts], k: int, center: wp.vec3d, radius: wp.fl
 
 @functools.cache
 def following(kinds_used):
-    """Warp function (contacts, k, centre, radius, time): `followed`, on surfaces that went on moving as they did."""
+    """Warp function (contacts, k, centre, radius, stage, fraction of a step after it): `followed`.
+
+    Surfaces went on moving as they did.
+    """
 
     @wp.func
-    def still(contacts: wp.ref[Contacts], k: int, center: wp.vec3d, radius: wp.float64, time: wp.float64):
+    def still(contacts: wp.ref[Contacts], k: int, center: wp.vec3d, radius: wp.float64, stage: int,
+            fraction: wp.float64):  # fmt: skip
         return followed(contacts, k, center, radius)
 
     @wp.func
-    def moving(contacts: wp.ref[Contacts], k: int, center: wp.vec3d, radius: wp.float64, time: wp.float64):
-        passed = time - contacts.time
+    def moving(contacts: wp.ref[Contacts], k: int, center: wp.vec3d, radius: wp.float64, stage: int,
+            fraction: wp.float64):  # fmt: skip
+        # Whole steps apart, so that nothing depends on where a launch began.
+        passed = wp.float64(stage - contacts.stage) + (fraction - contacts.fraction)
         turn = passed * row(contacts.turns, k)
         shift = passed * row(contacts.shifts, k)
         return screw(followed(contacts, k, screw(center, -turn, -shift), radius), turn, shift)

@@ -283,11 +283,12 @@ def contacts_at(kinds_used):
     ):
         starts = Vectors()
         starting = contacts.count
-        time = wp.float64(moment.stage) + fraction(moment, later)
+        part = fraction(moment, later)
         for k in range(starting):
-            starts[k] = follow(contacts, k, center, radius, time)
+            starts[k] = follow(contacts, k, center, radius, moment.stage, part)
         contacts.center = center
-        contacts.time = time
+        contacts.stage = moment.stage
+        contacts.fraction = part
         contacts.count = wp.int32(0)
         contacts.which = wp.int32(0)
         contacts.horizon = horizon

@@ -65,8 +65,8 @@ def mixed_of(lanes: int):
     def mixed(weights: Weights, p: Series):
         found = Series()
         for c in range(3):
-            row = one(weights, p[c, 0], p[c, 1], p[c, 2], p[c, 3], p[c, 4], p[c, 5], p[c, 6], p[c, 7])
-            found[c] = row[0]
+            sums = one(weights, p[c, 0], p[c, 1], p[c, 2], p[c, 3], p[c, 4], p[c, 5], p[c, 6], p[c, 7])
+            found[c] = sums[0]
         return found
 
     return mixed

@@ -1,7 +1,6 @@
 """Accelerations of many particles by each other through fast sums (`potentials.fast_summation`), on the CPU."""
 
 import math
-import numbers
 
 import numpy as np
 
@@ -95,9 +94,10 @@ def _root_of(x):
 
 def checked_tolerance(owner: str, tolerance: RealLike | None) -> float | None:
     """A tolerance of fast sums, 0 for exact ones, or None."""
-    if tolerance is None or (isinstance(tolerance, numbers.Real) and tolerance == 0.0):
-        return None if tolerance is None else 0.0
-    return validate.number(owner, "pull_tolerance", tolerance, at_least=FINEST, at_most=COARSEST)
+    if tolerance is None:
+        return None
+    value = validate.number(owner, "pull_tolerance", tolerance, at_least=0.0)
+    return validate.number(owner, "pull_tolerance", value, at_least=FINEST, at_most=COARSEST) if value else 0.0
 
 
 def unfit(kernel: Kernel | None, device, method: Integrator) -> str | None:

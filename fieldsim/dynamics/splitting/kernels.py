@@ -215,6 +215,9 @@ def contact_kernel(gravity_kinds, surface_kinds, gradients: bool, lanes: int):
                     done[k] = wp.int32(1)
                 left -= done[k]
             p = q
+        # Stages of the next launch are counted from this one's end.
+        for k in range(count):
+            motions[first + k].here.stage = motions[first + k].here.stage - steps * method.evaluations
         store(p, state, first, count)
 
     return colliding

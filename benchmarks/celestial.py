@@ -88,14 +88,14 @@ def planet_rows(turns, peers):
     end, name = JUPITER * turns, f"Sun and outer planets, {turns} orbits of Jupiter"
     yield _seconds(name, lambda: _run(world(), end), peers and (peer, end))
     simulation = _run(world(), end)[0]
-    start = _energy(PLACES, SPEEDS)
-    error = abs(_energy(simulation.positions[0], simulation.velocities[0]) / start - 1)
+    start = energy(MASSES, PLACES, SPEEDS, GRAVITY)
+    error = abs(energy(MASSES, simulation.positions[0], simulation.velocities[0], GRAVITY) / start - 1)
     row = {"name": f"{name}, energy", "value": float(error), "unit": "|dE/E|"}
     if peers:
         other = peer()
         other.integrate(end, exact_finish_time=0)
         states = ([getattr(p, name) for p in other.particles] for name in ("xyz", "vxyz"))
-        row |= {"peer": PEER, "peer_value": float(abs(_energy(*map(np.array, states)) / start - 1))}
+        row |= {"peer": PEER, "peer_value": float(abs(energy(MASSES, *map(np.array, states), GRAVITY) / start - 1))}
     yield row
 
 
@@ -136,7 +136,8 @@ def _peer(masses, places, speeds, test_particles=((), ()), g=1.0):
     return simulation
 
 
-def _energy(x, v):
-    i, j = np.triu_indices(len(MASSES), 1)
-    pulls = GRAVITY * MASSES[i] * MASSES[j] / np.linalg.norm(x[i] - x[j], axis=1)
-    return 0.5 * MASSES @ np.einsum("ij,ij->i", v, v) - pulls.sum()
+def energy(masses, x, v, g=1.0):
+    """Of bare masses (N,) at x (N, 3) with velocities v (N, 3)."""
+    i, j = np.triu_indices(len(masses), 1)
+    pulls = g * masses[i] * masses[j] / np.linalg.norm(x[i] - x[j], axis=1)
+    return 0.5 * masses @ np.einsum("ij,ij->i", v, v) - pulls.sum()

@@ -12,18 +12,16 @@ import time
 import numpy as np
 import warp as wp
 
+from benchmarks.motion import DONUT, DT, falling
 from fieldsim.dynamics.integrators.splittings import Leapfrog
 from fieldsim.dynamics.simulation import Simulation
 from fieldsim.dynamics.splitting.method import method_of
 from fieldsim.dynamics.splitting.substeps import substeps_of
 from fieldsim.potentials.field import Field
 from fieldsim.potentials.kernels import Newtonian
-from fieldsim.potentials.primitives.circle import Circle
 from fieldsim.world.body import Body
 from fieldsim.world.world import World
 
-DONUT = Circle((0, 0, 0), (0, 0, 1), 1.0)
-DT = 1e-3
 # Particles, steps and points: on a GPU, and to see that all runs.
 GPU, DRY = (1_000_000, 200, 4_000_000), (2_000, 20, 10_000)
 # Peaks of float64 outside tensor cores, in operations a second, by a part of the device's name.
@@ -40,7 +38,7 @@ def rows(repeats: int = 3):
 
 
 def _leapfrog(device, name, count, steps, repeats):
-    positions, velocities = _falling(count)
+    positions, velocities = falling(count)
     world = World()
     world.add_body(Body(DONUT, gravity=Newtonian(), mass=1.0))
     world.add_particles(positions, velocities)
@@ -53,7 +51,7 @@ def _leapfrog(device, name, count, steps, repeats):
 
 
 def _fields(device, name, count, repeats):
-    points = wp.array(_falling(count)[0], dtype=wp.vec3d, device=device)
+    points = wp.array(falling(count)[0], dtype=wp.vec3d, device=device)
     field = Field(DONUT, Newtonian())
     seconds = _least(lambda: field.value_and_gradient(points), device, repeats)
     title = f"{name}: Newtonian circle, value and gradient at {count} points"
@@ -65,14 +63,6 @@ def _share(title, name, speed, operations):
     for part, peak in PEAKS.items():
         if part in name:
             yield {"name": f"{title}: of the float64 peak", "value": speed * operations / peak, "unit": "share"}
-
-
-def _falling(count):
-    """Places and velocities (N, 3) of particles that fall from a shell of radii 2 to 3."""
-    rng = np.random.default_rng(1)
-    directions = rng.normal(size=(count, 3))
-    positions = directions / np.linalg.norm(directions, axis=1)[:, None] * rng.uniform(2.0, 3.0, (count, 1))
-    return positions, 0.2 * np.cross(positions, (0, 0, 1))
 
 
 def _least(run, device, repeats):

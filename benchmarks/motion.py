@@ -98,16 +98,21 @@ def _ratio(theirs, simulation, steps, repeats):
     return best[0] / best[1]
 
 
-def _simulation(count, threads, options, method=Leapfrog):
-    """Particles falling from a shell of radii 2 to 3 around one body; they bounce if it has a surface."""
+def falling(count):
+    """Places and velocities (N, 3) of particles that fall from a shell of radii 2 to 3."""
     rng = np.random.default_rng(1)
     directions = rng.normal(size=(count, 3))
     directions /= np.linalg.norm(directions, axis=1)[:, None]
     positions = directions * rng.uniform(2.0, 3.0, (count, 1))
+    return positions, 0.2 * np.cross(positions, (0, 0, 1))
+
+
+def _simulation(count, threads, options, method=Leapfrog):
+    """Particles that fall around one body; they bounce if it has a surface."""
     world = World()
     world.add_body(Body(gravity=Newtonian(), mass=1.0, **options))
     contact = Bounce(0.6) if "surface" in options else None
-    world.add_particles(positions, 0.2 * np.cross(positions, (0, 0, 1)), contact=contact)
+    world.add_particles(*falling(count), contact=contact)
     return Simulation(world, method(DT), threads=threads)
 
 

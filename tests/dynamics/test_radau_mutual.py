@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import fieldsim as fs
+from benchmarks.celestial import GRAVITY, PLACES, SPEEDS, energy
+from benchmarks.celestial import MASSES as SUNS
 from fieldsim.dynamics.radau import shared_run
 from fieldsim.dynamics.radau.shared_run import few_kernels, many_kernels
 from fieldsim.dynamics.splitting.groups import ALONE
@@ -14,27 +16,6 @@ from fieldsim.dynamics.splitting.groups import ALONE
 MASSES = np.array([3.0, 4.0, 5.0])
 CORNERS = np.array([(1.0, 3.0, 0.0), (-2.0, -1.0, 0.0), (1.0, -1.0, 0.0)])
 
-# Sun, Jupiter, Saturn, Uranus and Neptune: masses, places [AU] and velocities [AU / day] (Applegate et al. 1986).
-GRAVITY = 0.01720209895**2
-SUNS = np.array([1.00000597682, 1 / 1047.355, 1 / 3501.6, 1 / 22869.0, 1 / 19314.0])
-PLACES = np.array(
-    [
-        [-4.06428567034226e-3, -6.08813756435987e-3, -1.66162304225834e-6],
-        [3.40546614227466, 3.62978190075864, 3.42386261766577e-2],
-        [6.60801554403466, 6.38084674585064, -1.36145963724542e-1],
-        [11.1636331405597, 16.0373479057256, 3.61783279369958e-1],
-        [-30.1777243405203, 1.91155314998064, -1.53887595621042e-1],
-    ]
-)
-SPEEDS = np.array(
-    [
-        [6.69048890636161e-6, -6.33922479583593e-6, -3.13202145590767e-9],
-        [-5.59797969310664e-3, 5.51815399480116e-3, -2.66711392865591e-6],
-        [-4.17354020307064e-3, 3.99723751748116e-3, 1.67206320571441e-5],
-        [-3.25884806151064e-3, 2.06438412905916e-3, -2.17699042180559e-5],
-        [-2.17471785045538e-4, -3.11361111025884e-3, 3.58344705491441e-5],
-    ]
-)
 YEAR = 365.25
 
 
@@ -50,12 +31,6 @@ def simulation(masses, places, speeds, *, g=1.0, bodies=(), others=(), integrato
 
 def triangle(**options):
     return simulation(MASSES, CORNERS, np.zeros((3, 3)), **options)
-
-
-def energy(masses, x, v, g=1.0):
-    i, j = np.triu_indices(len(masses), 1)
-    pulls = g * masses[i] * masses[j] / np.linalg.norm(x[i] - x[j], axis=1)
-    return 0.5 * masses @ np.einsum("ij,ij->i", v, v) - pulls.sum()
 
 
 def test_three_bodies_fall_together_and_keep_their_energy():

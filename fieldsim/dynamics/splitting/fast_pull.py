@@ -8,7 +8,7 @@ from fieldsim import validate
 from fieldsim.dynamics.integrators.splittings import Integrator, Splitting
 from fieldsim.potentials.elements import Elements, pack
 from fieldsim.potentials.fast_summation.laws import law_values
-from fieldsim.potentials.fast_summation.octree import Cube
+from fieldsim.potentials.fast_summation.octree import enclosing
 from fieldsim.potentials.fast_summation.summation import Group, fast_sum
 from fieldsim.potentials.kernels import Kernel
 from fieldsim.potentials.primitives.point import Point
@@ -23,8 +23,8 @@ USUAL, FINEST, COARSEST = 1e-6, 1e-9, 1e-2
 MOST = 48
 # Where a sum is too wrong it is made again, aiming at this share of what is allowed; so often.
 AIM, TRIALS = 0.3, 5
-# The finest and the coarsest tolerance of a fast sum of values.
-_FINEST_VALUE, _COARSEST_VALUE = 1e-13, 1e-2
+# The finest tolerance of a fast sum of values.
+_FINEST_VALUE = 1e-13
 
 
 class FastPull:
@@ -41,7 +41,7 @@ class FastPull:
         self._row, self._kind = one.rows[0], one.kinds[0]
         self._own = float(law_values(kernel, np.zeros(1))[0])
         # What values must be right to for accelerations to be as right as asked for.
-        self._value_tolerance = min(tolerance, _COARSEST_VALUE)
+        self._value_tolerance = tolerance
 
     def accelerations(self, x: np.ndarray) -> np.ndarray:
         """Of all particles at x (N, 3), (N, 3); not finite where x is not."""
@@ -81,15 +81,9 @@ class FastPull:
         rows = np.tile(self._row, (len(places), 1))
         rows[:, CENTER], rows[:, STRENGTH] = places, self._strengths
         kinds = np.full(len(places), self._kind)
-        return Group(Elements(rows, kinds, np.arange(len(places))), self._kernel, MOST, _root_of(x))
-
-
-def _root_of(x):
-    """A cell around x (N, 3): a power of two wide and on a grid, so that many steps have the same one."""
-    low, high = x.min(axis=0), x.max(axis=0)
-    size = max(float((high - low).max()), 2.0**-20 * float(np.abs(x).max()), 1e-300)
-    width = 2.0 ** math.ceil(math.log2(2.0 * size))
-    return Cube(np.floor(low / (0.25 * width)) * (0.25 * width), width)
+        # A power of two wide, so that steps have the same one and need no other translations.
+        root = enclosing(x.min(axis=0), x.max(axis=0), bits=1)
+        return Group(Elements(rows, kinds, np.arange(len(places))), self._kernel, MOST, root)
 
 
 def checked_tolerance(owner: str, tolerance: RealLike | None) -> float | None:

@@ -5,6 +5,7 @@ import math
 
 from fieldsim.mujoco.callback.addresses import call
 from fieldsim.mujoco.callback.evaluate import maker
+from fieldsim.mujoco.callback.pulls import INPUTS
 from fieldsim.mujoco.callback.rows import (
     ARM_X,
     BODY_INERTIA,
@@ -15,6 +16,11 @@ from fieldsim.mujoco.callback.rows import (
     PLACED_WIDTH,
 )
 from fieldsim.native import ONE_ITEM, known
+from fieldsim.portable.lanes.words import HEAD, places
+
+# Words that C functions of pulls take (see `portable.lanes.words`): those before the arguments', and theirs.
+COUNT, RESULTS = range(HEAD)
+BODIES, PLACED, *_, FRAMES, TURNED, GROUPS, ROWS, KINDS = places(INPUTS)
 
 
 @functools.cache
@@ -102,16 +108,17 @@ def _on_points(native: bool):
     @maker(native)
     def evaluate_in_lanes(plan, room, whole):
         source, words, length = plan.gravity, room.words, room.placed.shape[1]
+        # Behind its own address, which is what the call takes.
         words[0] = words.ctypes.data + 8
-        words[1], words[2] = length, room.pulled.ctypes.data
-        words[3] = plan.point_bodies.ctypes.data
+        words[1 + COUNT], words[1 + RESULTS] = length, room.pulled.ctypes.data
+        words[1 + BODIES] = plan.point_bodies.ctypes.data
         for c in range(PLACED_WIDTH):
-            words[4 + c] = room.placed.ctypes.data + 8 * c * length
-        words[11], words[12] = room.frames.ctypes.data, room.frames.shape[1]
-        words[13], words[14] = room.gravity_turns.ctypes.data, room.gravity_turns.shape[1]
-        words[15] = source.groups.shape[0]
-        words[16], words[17] = source.rows.ctypes.data, source.rows.shape[1]
-        words[18] = source.kinds.ctypes.data
+            words[1 + PLACED + c] = room.placed.ctypes.data + 8 * c * length
+        words[1 + FRAMES], words[2 + FRAMES] = room.frames.ctypes.data, room.frames.shape[1]
+        words[1 + TURNED], words[2 + TURNED] = room.gravity_turns.ctypes.data, room.gravity_turns.shape[1]
+        words[1 + GROUPS] = source.groups.shape[0]
+        words[1 + ROWS], words[2 + ROWS] = source.rows.ctypes.data, source.rows.shape[1]
+        words[1 + KINDS] = source.kinds.ctypes.data
         call(source.pull if whole else source.force, known(ONE_ITEM), words.ctypes.data, 0, 0)
 
     return evaluate_in_lanes

@@ -5,6 +5,7 @@ and then what each argument of the function takes, as `WORDS` says. Arrays of wh
 long as whole vectors take (`filled`); results stand one row after another, each so long.
 """
 
+import itertools
 import re
 
 from fieldsim.errors import PortableError
@@ -23,6 +24,11 @@ WIDTH = width_of(False)
 def filled(count: int) -> int:
     """How many numbers an array for `count` points has: as many as whole vectors."""
     return -(-count // WIDTH) * WIDTH
+
+
+def places(inputs: tuple[str, ...]) -> list[int]:
+    """Where each argument's words begin."""
+    return list(itertools.accumulate((WORDS[kind] for kind in inputs[:-1]), initial=HEAD))
 
 
 def words_kernel(portable, inputs: tuple[str, ...], outputs: tuple[int, ...]):
@@ -49,8 +55,8 @@ def {stem}(address: wp.uint64):
 
 
 def _body(lanes, inputs, outputs):
-    loads, arguments, place = [], [], HEAD
-    for k, kind in enumerate(inputs):
+    loads, arguments = [], []
+    for k, (kind, place) in enumerate(zip(inputs, places(inputs), strict=True)):
         word = f"words[{place}]"
         if kind == "reals":
             loads.append(
@@ -67,7 +73,6 @@ def _body(lanes, inputs, outputs):
             arguments.append(f"lanes::Indices{{(int*){word}}}")
         else:
             arguments.append(f"(int){word}")
-        place += WORDS[kind]
     stores = [
         f"{{ const lanes::Real out = {result_at(lanes, result)}; __builtin_memcpy(results + {row} * length + first, "
         "&out, sizeof out); }"

@@ -95,12 +95,12 @@ def bits(octant: np.ndarray) -> np.ndarray:
     return octant[..., None] >> np.array([2, 1, 0]) & 1
 
 
-def enclosing(low: np.ndarray, high: np.ndarray) -> Cube:
-    """A cube around a box."""
+def enclosing(low: np.ndarray, high: np.ndarray, bits: int = BITS) -> Cube:
+    """A cube around a box; bits: of its width that are significant."""
     size, most = float((high - low).max()), float(np.abs([low, high]).max())
     width = max(size * (1.0 + 2.0 ** (2 - CORNER_BITS)), LEAST * most, 1e-300)
     mantissa, exponent = math.frexp(width)
-    width = math.ldexp(math.ceil(mantissa * 2.0**BITS), exponent - BITS)
+    width = math.ldexp(math.ceil(mantissa * 2.0**bits), exponent - bits)
     grid = math.ldexp(1.0, exponent - CORNER_BITS)
     return Cube(np.floor((0.5 * (low + high) - 0.5 * width) / grid + 0.5) * grid, width)
 

@@ -20,7 +20,14 @@ FIELDS = ("time", "xipos", "ximat", "subtree_com", "cdof", "cvel", "qfrc_passive
 MODEL_FIELDS = ("nv", "nbody", "signature", "body_mass", "body_inertia", "body_gravcomp")
 
 # The modules that the callback is made of, but for portable functions.
-FOLDERS = ("mujoco/callback", "mujoco/contact", "native", "portable/function.py", "potentials/row.py")
+FOLDERS = (
+    "mujoco/callback",
+    "mujoco/contact",
+    "native",
+    "portable/function.py",
+    "portable/lanes/words.py",
+    "potentials/row.py",
+)
 
 _TYPES = {
     "mjtNum": ctypes.c_double,

@@ -12,6 +12,7 @@ from fieldsim import validate
 from fieldsim.dynamics.refusals import refuse
 from fieldsim.errors import InputError
 from fieldsim.mujoco.callback.field_callbacks import LENGTHS, pull_sums, sum_of, values_of
+from fieldsim.mujoco.callback.pulls import INPUTS
 from fieldsim.mujoco.callback.rows import (
     AXIS,
     BODY_WIDTH,
@@ -36,6 +37,7 @@ from fieldsim.mujoco.callback.rows import (
 )
 from fieldsim.mujoco.contact.rows import CONTACT, HIT
 from fieldsim.mujoco.contact.starts import starts_of
+from fieldsim.portable.lanes.words import length_of
 from fieldsim.potentials import registry
 from fieldsim.potentials.bounds.reach import reach
 from fieldsim.potentials.elements import Elements, concatenate
@@ -47,7 +49,7 @@ from fieldsim.world.motion import Pose, Spin, pose_at
 from fieldsim.world.world import World
 
 # Words of a call of the pull in lanes, with the one that is the others' address.
-WORDS = 19
+WORDS = 1 + length_of(INPUTS)
 # What a user gives as sources: one or several.
 SourcesLike: typing.TypeAlias = Field | Body | World | Sequence[Field | Body | World]
 

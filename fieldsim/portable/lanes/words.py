@@ -31,6 +31,11 @@ def places(inputs: tuple[str, ...]) -> list[int]:
     return list(itertools.accumulate((WORDS[kind] for kind in inputs[:-1]), initial=HEAD))
 
 
+def length_of(inputs: tuple[str, ...]) -> int:
+    """How many words there are."""
+    return HEAD + sum(WORDS[kind] for kind in inputs)
+
+
 def words_kernel(portable, inputs: tuple[str, ...], outputs: tuple[int, ...]):
     """The Warp kernel (address of words) that evaluates a portable function in float64 at all points.
 
